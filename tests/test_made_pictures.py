@@ -54,8 +54,9 @@ def test_codes_of_8_bits_are_read_exactly(tmp_path: Path):
     light = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
     path = tmp_path / "all.png"
     kanuka.Picture({"rgb": np.stack([light, light.T, light[::-1]], -1).astype(np.float32)}).write(path)
-    found, coded, _ = pictures.read(str(path), str(tmp_path))
-    assert coded and np.array_equal(np.round(found * 255), np.stack([codes, codes.T, codes[::-1]], -1) * 255)
+    read = pictures.read(str(path), str(tmp_path))
+    found = read.rgb
+    assert read.codes and np.array_equal(np.round(found * 255), np.stack([codes, codes.T, codes[::-1]], -1) * 255)
     assert found == pytest.approx(np.round(found * 255) / 255, abs=1e-7)
 
 

@@ -198,14 +198,6 @@ def test_domes_have_their_pole_where_they_say(
         assert rgb == pytest.approx(color, abs=0.02)
 
 
-def test_pictures_of_domes_in_other_layouts_are_told(tmp_path: Path) -> None:
-    write_sky(tmp_path)
-    dome = 'def DomeLight "sky" {\nasset inputs:texture:file = @./sky.exr@\ntoken inputs:texture:format = "%s"\n}\n'
-    for layout, expected in (("latlong", 0), ("automatic", 0), ("mirroredBall", 1), ("cubeMapVerticalCross", 1)):
-        _, told = read(stage(tmp_path, CAMERA, dome % layout))
-        assert len(told) == expected and all(t.startswith(f"/sky: pictures of format {layout} are not") for t in told)
-
-
 def test_portals_that_a_dome_names_lessen_the_noise_alone(tmp_path: Path) -> None:
     """A box over the floor with a small window in its lid, through which a sky shines: as much light, less noise."""
     hole = """

@@ -1,6 +1,7 @@
 """Pictures that are made of others, once: in another colour space, or of an environment in another layout.
 
-They lie in the texture cache under names that their contents give, as tiled files of half floats.
+They lie in the texture cache under names that their contents give, as tiled files: of half floats, or of floats where
+they have more light than halfs can tell.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import struct
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
@@ -24,12 +26,25 @@ from .files import writable
 
 SUFFIX = ".tiled.exr"  # by which the texture cache knows what is its own
 DECODED = b"kanuka:rec709\0int\0"  # in the head of a texture whose picture had sRGB's codes
+CHROMATICITIES = b"chromaticities\0"
+LARGEST_HEAD = 1 << 16
 HALF_MAX = 65504.0
 DAY = 24 * 3600
 TILE = "<UDIM>"
 
-# Of (height, width, 3) numbers as a file has them, and whether these are sRGB's codes.
-Make: TypeAlias = "Callable[[np.ndarray, bool], np.ndarray]"
+
+@dataclass(frozen=True)
+class Numbers:
+    """Of a file, as it has them."""
+
+    rgb: np.ndarray  # (height, width, 3)
+    alpha: np.ndarray | None = None
+    codes: bool = False  # whether they are sRGB's
+    space: str = ""  # Kanuka's name of the one that its head has chromaticities of
+    wraps: tuple[str, str] = ("periodic", "periodic")
+
+
+Make: TypeAlias = "Callable[[Numbers], np.ndarray]"
 
 
 def folder() -> Path:
@@ -67,56 +82,65 @@ def _made(file: str, name: str, make: Make, latlong: bool) -> str:
             path.touch()
         return str(path)
     with tempfile.TemporaryDirectory(prefix="kanuka-picture-") as own:
-        layers, codes, wraps = read(file, own)
-        colors = make(layers[..., :3], codes)
-        half = os.path.join(own, "half.exr")
-        write_half(half, np.concatenate([colors, layers[..., 3:]], axis=-1) if layers.shape[2] == 4 else colors)
-        kanuka.make_texture([half], str(path), latlong=latlong, wrap=wraps)
+        given = read(file, own)
+        made = make(given)
+        if given.alpha is not None and given.alpha.shape == made.shape[:2]:
+            made = np.concatenate([made, given.alpha[..., None]], axis=2)
+        plain = os.path.join(own, "plain.exr")
+        made = np.nan_to_num(made, nan=0.0, posinf=HALF_MAX, neginf=-HALF_MAX)
+        if np.abs(made).max(initial=0) <= HALF_MAX:
+            write_half(plain, made)
+        else:  # the sun in a sky
+            layers = {"rgb": made[..., :3], "alpha": made[..., 3]} if made.shape[2] == 4 else {"rgb": made}
+            kanuka.Picture({name: np.ascontiguousarray(v, np.float32) for name, v in layers.items()}).write(plain)
+        kanuka.make_texture([plain], str(path), latlong=latlong, wrap=given.wraps)
     return str(path)
 
 
-def read(file: str, own: str) -> tuple[np.ndarray, bool, tuple[str, str]]:
-    """(height, width, 3 or 4) of any file that textures are read from: its numbers as they are, whether they are sRGB's
-    codes, and how it wraps. Of what is no EXR the core makes a texture first, in the folder `own`, where codes are
-    decoded."""
-    codes = False
+def read(file: str, own: str) -> Numbers:
+    """Of any file that textures are read from. Of what is no EXR the core makes a texture first, in the folder `own`,
+    where codes are decoded."""
+    source = file
     if file.lower().endswith(".exr"):
         picture = kanuka.read(file)
         if picture.full_size != (picture.width, picture.height) or picture.offset != (0, 0):
             raise ValueError(f"{file}: it shows another part of its canvas than all of it")
     else:
-        texture = os.path.join(own, "whole.exr")
-        kanuka.make_texture([file], texture)
-        picture = kanuka.read(texture)
-        with open(texture, "rb") as head:
-            codes = DECODED in head.read(1 << 16)
+        source = os.path.join(own, "whole.exr")
+        kanuka.make_texture([file], source)
+        picture = kanuka.read(source)
+    with open(source, "rb") as data:
+        head = data.read(LARGEST_HEAD)
     layers = [name for name in picture if name != "alpha"]
-    numbers = picture["rgb" if "rgb" in picture else layers[0]].reshape(picture.height, picture.width, -1)
-    if numbers.shape[2] < 3:
-        numbers = np.repeat(numbers[..., :1], 3, axis=2)
-    if "alpha" in picture:
-        numbers = np.concatenate([numbers, picture["alpha"][..., None]], axis=2)
+    rgb = picture["rgb" if "rgb" in picture else layers[0]].reshape(picture.height, picture.width, -1)
+    if rgb.shape[2] < 3:
+        rgb = np.repeat(rgb[..., :1], 3, axis=2)
+    alpha = picture["alpha"] if "alpha" in picture else None  # noqa: SIM401 — a picture has no get()
+    codes = DECODED in head
     wraps = picture.metadata.get("wrapmodes", "").split(",")
     known = len(wraps) == 2 and set(wraps) <= {"black", "clamp", "periodic", "mirror"}
-    return (coded(numbers) if codes else numbers), codes, (wraps[0], wraps[1]) if known else ("periodic", "periodic")
+    return Numbers(
+        coded(rgb) if codes else rgb,
+        alpha,
+        codes,
+        picture.space if CHROMATICITIES in head else "",
+        (wraps[0], wraps[1]) if known else Numbers.wraps,
+    )
 
 
 def coded(light: np.ndarray) -> np.ndarray:
     """The codes that were decoded to half floats: exactly those of 8 bits, others as near as halfs are."""
-    rgb = np.maximum(light[..., :3], 0)
-    found = np.where(rgb <= SRGB.knee / SRGB.slope, SRGB.slope * rgb, 1.055 * rgb ** (1 / SRGB.gamma) - SRGB.bias)
+    light = np.maximum(light, 0)
+    found = np.where(light <= SRGB.knee / SRGB.slope, SRGB.slope * light, 1.055 * light ** (1 / SRGB.gamma) - SRGB.bias)
     steps = np.round(found * 255)
-    if np.abs(found * 255 - steps).max(initial=0) < 0.1:
-        found = steps / 255
-    return np.concatenate([found, light[..., 3:]], axis=2).astype(np.float32)
+    return (steps / 255 if np.abs(found * 255 - steps).max(initial=0) < 0.1 else found).astype(np.float32)
 
 
 def write_half(path: str, pixels: np.ndarray) -> None:
     """OpenEXR File Layout, "Scan lines", without compression: a head of attributes, where each line is, the lines; of
     each its number, its bytes, and channel by channel in the order of the alphabet."""
     height, width, count = pixels.shape
-    finite = np.nan_to_num(pixels, nan=0.0, posinf=HALF_MAX, neginf=-HALF_MAX)
-    halfs = np.clip(finite, -HALF_MAX, HALF_MAX).astype("<f2")[..., ::-1]  # A B G R
+    halfs = pixels.astype("<f2")[..., ::-1]  # A B G R
     channels = b"".join(name + b"\0" + struct.pack("<i4xii", 1, 1, 1) for name in (b"A", b"B", b"G", b"R")[4 - count :])
     window = struct.pack("<4i", 0, 0, width - 1, height - 1)
     attributes = (

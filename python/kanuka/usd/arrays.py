@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 import numpy as np
 from pxr import Usd, UsdGeom
 
 from kanuka.looks.rsl import halves
 
+Colors: TypeAlias = "Callable[[Usd.Attribute, np.ndarray], np.ndarray]"
 _SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "normal": 3}
 _CLASSES = {
     UsdGeom.Tokens.constant: "constant",
@@ -38,9 +42,12 @@ def class_of(interpolation: str) -> str:
     return _CLASSES.get(interpolation, "")
 
 
-def primvar(found: UsdGeom.Primvar, name: str, kind: str, time: Usd.TimeCode) -> dict[str, np.ndarray]:
+def primvar(
+    found: UsdGeom.Primvar, name: str, kind: str, time: Usd.TimeCode, colors: Colors | None = None
+) -> dict[str, np.ndarray]:
     """`{"facevarying color name": array}`; nothing for values that are not of the kind. What has more numbers than
-    wanted (colours with alpha) gives its first ones; two numbers are two primvars (rsl.halves)."""
+    wanted (colours with alpha) gives its first ones; two numbers are two primvars (rsl.halves). `colors`: what is made
+    of an attribute's colours."""
     storage = _CLASSES.get(found.GetInterpolation())
     values = found.ComputeFlattened(time)
     if storage is None or values is None or isinstance(values, str):
@@ -52,6 +59,8 @@ def primvar(found: UsdGeom.Primvar, name: str, kind: str, time: Usd.TimeCode) ->
     if not type(values).__name__.endswith("Array"):  # of Vt
         array = array.reshape(1, -1)
     array = array.reshape(len(array), -1)
+    if colors is not None and array.shape[1] in (3, 4):
+        array = np.asarray(colors(found.GetAttr(), array), dtype=np.float32)
     if (size := found.GetElementSize()) > 1 and len(array) % size == 0:
         array = array.reshape(len(array) // size, -1)
     if not len(array) or array.shape[1] < _SIZES[kind]:

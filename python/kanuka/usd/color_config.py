@@ -56,7 +56,7 @@ class Configured(Space):
         """The file that stands for one in this space: light of the space that is rendered in."""
         assert self.convert is not None
         convert = self.convert
-        return pictures.made_of(file, self.key, lambda values, codes: convert(values))
+        return pictures.made_of(file, self.key, lambda given: convert(given.rgb))
 
 
 class Configuration:

@@ -17,6 +17,7 @@ from .materials import Made, Materials
 from .mesh_lights import INDEPENDENT, TINTED, Glow, MeshLights
 from .motion import Shutter
 from .render_vars import Shown
+from .spaces import Spaces
 from .stage import Gathered, Say
 
 COLLECTION = f"{BINDING}:collection"
@@ -37,6 +38,7 @@ class Shapes:
     shutter: Shutter
     links: Links
     mesh_lights: MeshLights
+    spaces: Spaces
     gathered: Gathered
     adders: dict[str, Callable]
     shown: Sequence[Shown] = ()
@@ -89,7 +91,7 @@ class Shapes:
                 have = primvar_of(item, *names)
                 if have is None:
                     continue
-                values = primvar(have, ours, kind, self.shutter.frame)
+                values = primvar(have, ours, kind, self.shutter.frame, self.spaces.colors)
                 if not values:
                     self.say("warning", f"{item.path}: primvar {name} is no {kind}; it is not read")
                 found |= {key: self.one(item, name, key, array) for key, array in values.items()}
@@ -101,7 +103,7 @@ class Shapes:
         for layer in self.shown:
             self.asked.add(layer.primvar)
             if (have := primvar_of(item, layer.primvar)) is not None:
-                found |= layer.values(have, self.shutter.frame)
+                found |= layer.values(have, self.shutter.frame, self.spaces.colors)
         return found
 
     def one(self, item: Item, name: str, key: str, array: np.ndarray) -> np.ndarray:

@@ -16,9 +16,11 @@ from pxr import Usd, UsdGeom, UsdLux
 
 import kanuka
 from kanuka.looks.files import Files
+from kanuka.looks.layouts import LAYOUTS
 
-from . import shaped_lights
+from . import light_pictures, shaped_lights
 from .shaping import Shaping, Shapings
+from .spaces import Spaces
 from .stage import Say
 from .values import decimal, resolved, size
 
@@ -29,14 +31,15 @@ DOMES = ("DomeLight", "DomeLight_1")
 Z_POLE = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
-def emission(light: UsdLux.LightAPI, time: Usd.TimeCode) -> np.ndarray:
+def emission(light: UsdLux.LightAPI, time: Usd.TimeCode, spaces: Spaces) -> np.ndarray:
     """(3,) before `normalize`. Raises ValueError where it is no brightness."""
     intensity, exposure = decimal(light.GetIntensityAttr(), time, 1), decimal(light.GetExposureAttr(), time, 0)
+    color = spaces.light(light.GetColorAttr(), time, (1, 1, 1))
     with np.errstate(over="ignore", invalid="ignore"):  # what is too bright is told below
-        color = np.array(light.GetColorAttr().Get(time) or (1, 1, 1), dtype=float) * intensity * np.exp2(exposure)
+        color = color * intensity * np.exp2(exposure)
     if light.GetEnableColorTemperatureAttr().Get(time):
         kelvin = decimal(light.GetColorTemperatureAttr(), time, 6500)
-        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin), dtype=float)
+        color = color * spaces.from_rec709(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
     # Kanuka's lights have no multipliers by lobe; what both say goes for all light.
     diffuse, specular = (decimal(a, time, 1) for a in (light.GetDiffuseAttr(), light.GetSpecularAttr()))
     color = color * (diffuse if diffuse == specular else 1)
@@ -61,6 +64,7 @@ class Light:
     time: Usd.TimeCode
     folder: Files
     shapings: Shapings
+    spaces: Spaces
     say: Say
     solid: bool = True
     members: int = shaped_lights.MEMBERS
@@ -68,7 +72,7 @@ class Light:
     def __post_init__(self) -> None:
         api = UsdLux.LightAPI(self.prim)
         self.name = str(self.prim.GetPath())
-        self.amount = emission(api, self.time)
+        self.amount = emission(api, self.time, self.spaces)
         self.normalize = bool(api.GetNormalizeAttr().Get(self.time))
         self.scales = scales(self.matrix)
         if not np.isfinite(self.matrix).all() or not self.scales.all():
@@ -80,8 +84,16 @@ class Light:
     def shaping(self) -> Shaping:
         return self.shapings.of(self.prim, self.say)
 
-    def texture(self) -> str:
-        return resolved(self.prim.GetAttribute("inputs:texture:file"), self.time, self.folder, self.say)
+    def texture(self, layout: str = "") -> str:
+        """The file of its picture; empty where it has none, or none that can be read, which is told."""
+        attribute = self.prim.GetAttribute("inputs:texture:file")
+        if not (file := resolved(attribute, self.time, self.folder, self.say)):
+            return ""
+        try:
+            return light_pictures.rendered(file, attribute, self.spaces, layout)
+        except ValueError as error:
+            self.say("warning", f"{self.name}: {error}. It shines as without")
+            return ""
 
     def add(self, kind: str, **settings: object) -> None:
         self.scene.add_light(kind, name=self.name, **settings)
@@ -120,12 +132,11 @@ def add_dome(light: Light) -> None:
     matrix = light.matrix
     if pole == "Z" or (pole == "scene" and UsdGeom.GetStageUpAxis(light.prim.GetStage()) == "Z"):
         matrix = matrix @ Z_POLE
-    settings = {}
-    layout = light.prim.GetAttribute("inputs:texture:format").Get(light.time)
-    if layout not in (None, "automatic", "latlong"):
-        light.say("warning", f"{light.name}: pictures of format {layout} are not read; it shines alike from all around")
-    elif texture := light.texture():
-        settings["texture"] = texture
+    layout = str(light.prim.GetAttribute("inputs:texture:format").Get(light.time) or "automatic")
+    if layout not in LAYOUTS and layout not in ("automatic", "latlong"):
+        light.say("warning", f'{light.name}: there is no format "{layout}" of pictures; it is taken for latlong')
+    texture = light.texture(layout if layout in LAYOUTS else "")
+    settings = {"texture": texture} if texture else {}
     light.add("environment", amount=light.amount, transform=rotation(matrix), **settings)
 
 

@@ -12,6 +12,7 @@ import kanuka
 from .lights import emission
 from .linking import name_of
 from .shaping import Shapings
+from .spaces import Spaces
 from .stage import Say, silent
 
 TINTED, INDEPENDENT = "materialGlowTintsLight", "independent"  # and noMaterialResponse
@@ -33,8 +34,8 @@ class Glow:
 
 
 class MeshLights:
-    def __init__(self, lights: list[Usd.Prim], shapings: Shapings, say: Say) -> None:
-        self._shapings, self._say = shapings, say
+    def __init__(self, lights: list[Usd.Prim], shapings: Shapings, spaces: Spaces, say: Say) -> None:
+        self._shapings, self._spaces, self._say = shapings, spaces, say
         self.number = 0
         self.last_normalized = ""  # path of the light
         self._named: dict[str, Usd.Prim] = {}  # lights by the mesh that they name
@@ -58,7 +59,7 @@ class MeshLights:
         self.number += 1
         api = UsdLux.LightAPI(light)
         try:
-            amount = emission(api, time)
+            amount = emission(api, time, self._spaces)
             if api.GetNormalizeAttr().Get(time):
                 surface = area()
                 if not surface > 0:

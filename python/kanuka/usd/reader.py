@@ -107,12 +107,20 @@ class Reader:
         frame, lights = self.shutter.frame, stage_lights(self.stage)
         self.materials = Materials(self.say, self.files, frame, self.spaces)
         self.portals = portals(lights)
-        self.shapings = Shapings(frame, self.files)
-        self.mesh_lights = MeshLights(lights, self.shapings, self.say)
+        self.shapings = Shapings(frame, self.files, self.spaces)
+        self.mesh_lights = MeshLights(lights, self.shapings, self.spaces, self.say)
         self.links = Links(lights, frame, self.say)
         light_limits.tell(lights, frame, self.say, self.gathered)
         self.shapes = Shapes(
-            self.materials, self.say, self.shutter, self.links, self.mesh_lights, self.gathered, ADDERS, self.shown
+            self.materials,
+            self.say,
+            self.shutter,
+            self.links,
+            self.mesh_lights,
+            self.spaces,
+            self.gathered,
+            ADDERS,
+            self.shown,
         )
         self.transforms = Transforms(frame, self.shutter.times)
         self.instanced = InstancedLights()
@@ -235,7 +243,8 @@ class Reader:
             return
         solid, frame = not self.links.chooses_shadows(prim), self.shutter.frame
         try:
-            LIGHTS[kind](Light(self.scene, prim, matrix, frame, self.files, self.shapings, say, solid, members))
+            light = Light(self.scene, prim, matrix, frame, self.files, self.shapings, self.spaces, say, solid, members)
+            LIGHTS[kind](light)
         except ValueError as error:
             say("error", f"{path}: {error}. It is left out")
         self.lights += 1

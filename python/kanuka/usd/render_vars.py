@@ -15,7 +15,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdRender
 
 import kanuka
 
-from .arrays import primvar
+from .arrays import Colors, primvar
 from .stage import Say
 
 LAYERS = {
@@ -54,9 +54,9 @@ class Shown:
     def variables(self) -> tuple[str, ...]:
         return (f"{self.layer}.X", f"{self.layer}.Y") if self.kind == "float2" else (self.layer,)
 
-    def values(self, found: UsdGeom.Primvar, time: Usd.TimeCode) -> dict[str, np.ndarray]:
+    def values(self, found: UsdGeom.Primvar, time: Usd.TimeCode, colors: Colors) -> dict[str, np.ndarray]:
         """As primvars of what is added to a scene."""
-        values = primvar(found, self.layer, self.kind, time)
+        values = primvar(found, self.layer, self.kind, time, colors)
         storage_and_kind = [key.rsplit(" ", 1)[0] for key in values]
         named = zip(storage_and_kind, self.variables, values.values(), strict=False)
         return {f"{before} {name}": array for before, name, array in named}

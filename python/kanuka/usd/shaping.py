@@ -22,6 +22,7 @@ from kanuka.looks.files import Files, write
 
 from . import photometry
 from .photometry import FINEST, Photometry
+from .spaces import Spaces
 from .stage import Say
 from .values import decimal, resolved
 
@@ -71,8 +72,8 @@ class Shaping:
 class Shapings:
     """Of a stage's lights; those of a prototype are read once for all of its instances."""
 
-    def __init__(self, time: Usd.TimeCode, folder: Files) -> None:
-        self._time, self._folder = time, folder
+    def __init__(self, time: Usd.TimeCode, folder: Files, spaces: Spaces) -> None:
+        self._time, self._folder, self._spaces = time, folder, spaces
         self._found: dict[Sdf.Path, Shaping] = {}
 
     def of(self, prim: Usd.Prim, say: Say) -> Shaping:
@@ -92,7 +93,7 @@ class Shapings:
                 raise ValueError(f"a cone of {made.cone:g} degrees leaves no light")
             made.softness = min(max(decimal(api.GetShapingConeSoftnessAttr(), time, 0), 0), 1)
         made.focus = max(decimal(api.GetShapingFocusAttr(), time, 0), 0)
-        tint = np.array(api.GetShapingFocusTintAttr().Get(time) or (0, 0, 0), dtype=float)
+        tint = self._spaces.light(api.GetShapingFocusTintAttr(), time, (0, 0, 0))
         if not np.isfinite(tint).all():
             raise ValueError(f"inputs:shaping:focusTint is {', '.join(f'{x:g}' for x in tint)}, which is no colour")
         made.tint = np.clip(tint, 0, 1)

@@ -6,7 +6,7 @@ Names are those that prims define (UsdColorSpaceDefinitionAPI), else those of a 
 from __future__ import annotations
 
 import numpy as np
-from pxr import Usd, UsdRender
+from pxr import Sdf, Usd, UsdRender
 
 import kanuka
 from kanuka.looks import colors
@@ -26,10 +26,11 @@ class Spaces:
     ) -> None:
         self._say, self.rendered, self._config, self._converts = say, rendered, config, converts
         self._told: set[tuple[str, str]] = set()
+        self._by_parent: dict[Sdf.Path, str] = {}
 
     def of(self, attribute: Usd.Attribute, inherits: bool = True) -> Space | None:
         """None: nothing says one, or one that nobody knows, which is told."""
-        name = attribute.GetColorSpace() or (inherited(attribute) if inherits else "")
+        name = attribute.GetColorSpace() or (self._inherited(attribute) if inherits else "")
         return self.named(name, attribute) if name and name.lower() != AUTO else None
 
     def of_file(self, attribute: Usd.Attribute, file: str, inherits: bool = True) -> Space | None:
@@ -53,9 +54,29 @@ class Spaces:
 
     def value(self, attribute: Usd.Attribute, value: object) -> object:
         """A colour, as it is in the space that is rendered in. Values that nothing is said of are in that."""
-        if str(attribute.GetTypeName()) not in COLORS or (space := self.of(attribute)) is None:
+        space = self.of_color(attribute)
+        if space is None:
             return value
         return tuple(float(x) for x in space.converted(np.array(value, dtype=float), self.rendered))
+
+    def of_color(self, attribute: Usd.Attribute) -> Space | None:
+        return self.of(attribute) if str(attribute.GetTypeName()).removesuffix("[]") in COLORS else None
+
+    def colors(self, attribute: Usd.Attribute, values: np.ndarray) -> np.ndarray:
+        """Those of an attribute, (…, 3) or (…, 4)."""
+        space = self.of_color(attribute)
+        return values if space is None else space.converted(values, self.rendered)
+
+    def light(self, attribute: Usd.Attribute, time: Usd.TimeCode, default: tuple[float, ...]) -> np.ndarray:
+        """A colour of light. One that has less than nothing of a primary, being purer than what is rendered in can be,
+        has nothing of it."""
+        given = np.array(attribute.Get(time) or default, dtype=float)
+        found = np.array(self.value(attribute, given), dtype=float)
+        return np.maximum(found, 0) if (given >= 0).all() else found
+
+    def from_rec709(self, rgb: object) -> np.ndarray:
+        space = Space("lin_rec709", colors.LINEAR, colors.PRIMARIES["rec709"])
+        return np.maximum(space.converted(np.array(rgb, dtype=float), self.rendered), 0)
 
     def lookup(self, file: str, space: Space | None) -> Lookup:
         if not isinstance(space, Configured) or space.fits(file):
@@ -65,6 +86,24 @@ class Spaces:
         except (kanuka.Error, OSError, ValueError) as error:
             self._tell(file, f"{file}: it is not converted ({error})")
             return colors.AUTO
+
+    def _inherited(self, attribute: Usd.Attribute) -> str:
+        """Of its MaterialX document, which has no primvars, else of its prim or the nearest above it that says one."""
+        if not attribute.GetName().startswith("primvars:"):
+            for spec in attribute.GetPropertyStack(Usd.TimeCode.Default()):
+                if spec.layer.GetFileFormat().formatId == "mtlx":
+                    return str(spec.layer.customLayerData.get("colorSpace", ""))
+        return self._above(attribute.GetPrim()) if hasattr(Usd, "ColorSpaceAPI") else ""
+
+    def _above(self, prim: Usd.Prim) -> str:
+        if prim.HasAPI(Usd.ColorSpaceAPI) and (name := Usd.ColorSpaceAPI(prim).GetColorSpaceNameAttr().Get()):
+            return str(name)
+        parent = prim.GetParent()
+        if not parent or parent.IsPseudoRoot():
+            return ""
+        if (path := parent.GetPath()) not in self._by_parent:
+            self._by_parent[path] = self._above(parent)
+        return self._by_parent[path]
 
     def _defined(self, name: str, prim: Usd.Prim) -> Space | None:
         """By the prim or the nearest above it."""
@@ -122,18 +161,3 @@ COLORS = {f"color{n}{kind}" for n in (3, 4) for kind in "hfd"}
 
 def path_word(of: Usd.ColorSpaceDefinitionAPI) -> str:
     return str(of.GetPrim().GetPath()).strip("/")
-
-
-def inherited(attribute: Usd.Attribute) -> str:
-    """Of its MaterialX document, else of its prim or the nearest above it that says one."""
-    for spec in attribute.GetPropertyStack(Usd.TimeCode.Default()):
-        if spec.layer.GetFileFormat().formatId == "mtlx":
-            return str(spec.layer.customLayerData.get("colorSpace", ""))
-    if not hasattr(Usd, "ColorSpaceAPI"):
-        return ""
-    prim = attribute.GetPrim()
-    while prim and not prim.IsPseudoRoot():
-        if prim.HasAPI(Usd.ColorSpaceAPI) and (name := Usd.ColorSpaceAPI(prim).GetColorSpaceNameAttr().Get()):
-            return str(name)
-        prim = prim.GetParent()
-    return ""
