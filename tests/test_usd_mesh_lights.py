@@ -96,7 +96,7 @@ def test_linking_of_meshes_that_shine(tmp_path: Path) -> None:
         ("float inputs:intensity = nan", "/panel: inputs:intensity is nan"),
         ("float inputs:intensity = -1", "/panel: its brightness is -1, -1, -1"),
         ("float inputs:shaping:focus = 3", "/panel: shaping has no effect on meshes"),
-        ("asset inputs:texture:file = @a.png@", "/panel: pictures of meshes that shine are not read"),
+        ("asset inputs:texture:file = @a.png@", '/panel.inputs:texture:file: the file "a.png" is not found'),
         (
             "bool inputs:normalize = 1\nfloat3 xformOp:scale = (0, 0, 0)\n"
             'uniform token[] xformOpOrder = ["xformOp:scale"]',

@@ -73,10 +73,10 @@ class Shapes:
         return {"transform": item.matrix, "name": item.path, "material": made.material, **self.links.of(item.prim)}
 
     def material(self, bound: UsdShade.Material | None, glow: Glow | None = None) -> Made:
+        shine = glow.shine if glow else None
         if glow and glow.mode not in (TINTED, INDEPENDENT):
-            return self.materials.dark()
-        factor = None if glow is None else (glow.radiance if glow.mode == TINTED else (0.0, 0.0, 0.0))
-        return (self.materials.of(bound, factor) if bound else None) or self.materials.plain()
+            return self.materials.dark(shine)
+        return (self.materials.of(bound, shine) if bound else None) or self.materials.plain(shine)
 
     def material_of(self, item: Item, glow: Glow | None = None) -> Made:
         return self.material(item.bound, glow)

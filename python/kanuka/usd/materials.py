@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pxr import Usd, UsdGeom, UsdShade
 
 import kanuka
+from kanuka.looks.colors import Lookup
 from kanuka.looks.files import Files
 from kanuka.looks.material import MadeMaterial
 from kanuka.looks.rsl import Stage, Value, Writer, halves, primvar_name
 from kanuka.looks.surface import Surface, text_of
 
 from . import materialx, patterns, preview
-from .network import Network
+from .network import Network, texture
 from .spaces import Spaces
 from .stage import Say
 
@@ -43,6 +45,26 @@ class Made:
         return MadeMaterial(self.shader, self.parameters | values)
 
 
+@dataclass(frozen=True)
+class Shine:
+    """What a light makes of the material of its mesh: `factor` multiplies what it shines with (zeros: nothing is left).
+    Where there is a picture, a file, that multiplies it too, or else the light's own radiance."""
+
+    factor: tuple[float, float, float]
+    radiance: tuple[float, float, float]
+    picture: tuple[str, Lookup] | None = None
+
+    def light(self, network: Network, surface: Surface, shading: Stage) -> None:
+        writer, own = network.writer, surface.emission if any(self.factor) else None
+        if own:
+            own = Value("color", f"({own.to('color').text}) * {writer.constant('color', self.factor).text}")
+        if self.picture:
+            file, look = self.picture
+            found = texture(network, shading, file, writer.primvar("st", "float2"), "", look, None)
+            own = Value("color", f"{(own or writer.constant('color', self.radiance)).text} * {found.text}")
+        surface.emission = own
+
+
 def surfaces_of(material: UsdShade.Material) -> list[UsdShade.Shader]:
     """Its surfaces in the contexts that are read, the best first. Asked for a context that it has none of, USD answers
     with the one that is for all."""
@@ -63,43 +85,54 @@ class Materials:
     def __init__(self, say: Say, files: Files, time: Usd.TimeCode, spaces: Spaces | None = None) -> None:
         self._say, self._files, self._time = say, files, time
         self._made: dict[object, Made | None] = {}
-        self._plain: Made | None = None
         self._spaces = spaces or Spaces(say)
-        self._dark: Made | None = None
 
-    def of(self, material: UsdShade.Material, glow: tuple[float, ...] | None = None) -> Made | None:
-        """None: it has no surface that can be read, which was told. `glow` multiplies what it shines with; of three
-        zeros nothing is left."""
-        key = (str(material.GetPath()), glow)
+    def of(self, material: UsdShade.Material, shine: Shine | None = None) -> Made | None:
+        """None: it has no surface that can be read, which was told."""
+        key = (str(material.GetPath()), shine)
         if key not in self._made:
-            self._made[key] = self._make(material, glow)
+            self._made[key] = self._make(material, shine)
         return self._made[key]
 
-    def plain(self) -> Made:
+    def plain(self, shine: Shine | None = None) -> Made:
         """Of what has no material: grey, or as displayColor has it."""
-        if self._plain is None:
-            writer, shading = Writer(), Stage()
-            surface = Surface(base=writer.primvar("displayColor", "color", (0.18, 0.18, 0.18)))
-            surface.roughness = writer.constant("float", 0.5)
-            self._plain = self._finished(writer, surface, shading, Stage(), None)
-        return self._plain
 
-    def dark(self) -> Made:
+        def surface(writer: Writer) -> Surface:
+            made = Surface(base=writer.primvar("displayColor", "color", (0.18, 0.18, 0.18)))
+            made.roughness = writer.constant("float", 0.5)
+            return made
+
+        return self._simple("plain", surface, shine)
+
+    def dark(self, shine: Shine | None = None) -> Made:
         """Reflects nothing."""
-        if self._dark is None:
-            writer = Writer()
-            surface = Surface(base=writer.constant("color", (0, 0, 0)), specular=writer.constant("float", 0))
-            self._dark = self._finished(writer, surface, Stage(), Stage(), None)
-        return self._dark
 
-    def _make(self, material: UsdShade.Material, glow: tuple[float, ...] | None) -> Made | None:
+        def surface(writer: Writer) -> Surface:
+            return Surface(base=writer.constant("color", (0, 0, 0)), specular=writer.constant("float", 0))
+
+        return self._simple("dark", surface, shine)
+
+    def _simple(self, name: str, of: Callable[[Writer], Surface], shine: Shine | None) -> Made:
+        key = (name, shine if shine and shine.picture else None)
+        if (made := self._made.get(key)) is None:
+            writer, shading = Writer(), Stage()
+            surface = of(writer)
+            if shine:
+                shine.light(self._network(writer, name), surface, shading)
+            made = self._made[key] = self._finished(writer, surface, shading, Stage(), None)
+        return made
+
+    def _network(self, writer: Writer, path: str) -> Network:
+        return Network(writer, self._say, self._files, self._time, NODES, path, self._spaces)
+
+    def _make(self, material: UsdShade.Material, shine: Shine | None) -> Made | None:
         shader = self._surface(material)
         if shader is None:
             return None
         path = str(material.GetPath())
         identifier = shader.GetIdAttr().Get()
         writer, shading, displacing = Writer(), Stage(), Stage()
-        network = Network(writer, self._say, self._files, self._time, NODES, path, self._spaces)
+        network = self._network(writer, path)
         stage = material.GetPrim().GetStage()
         network.turned = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
         network.rate = stage.GetTimeCodesPerSecond() or network.rate
@@ -108,12 +141,9 @@ class Materials:
         except RecursionError:
             self._say("warning", f"{path}: its network is too deep to be read. Grey stands in for it")
             return None
-        if glow is not None and not any(glow):
-            surface.emission = None
-        elif glow is not None and surface.emission:
-            factor = writer.constant("color", glow).text
-            surface.emission = Value("color", f"({surface.emission.to('color').text}) * {factor}")
         uv = network.uv
+        if shine:
+            shine.light(network, surface, shading)
         if surface.normal and not surface.normal_is_world and uv is None:
             uv = writer.primvar("st", "float2")
         return self._finished(writer, surface, shading, displacing, uv)

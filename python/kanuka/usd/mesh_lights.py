@@ -8,12 +8,16 @@ from dataclasses import dataclass
 from pxr import Usd, UsdGeom, UsdLux
 
 import kanuka
+from kanuka.looks.colors import Lookup
+from kanuka.looks.files import Files
 
 from .lights import emission
 from .linking import name_of
+from .materials import Shine
 from .shaping import Shapings
 from .spaces import Spaces
 from .stage import Say, silent
+from .values import resolved
 
 TINTED, INDEPENDENT = "materialGlowTintsLight", "independent"  # and noMaterialResponse
 
@@ -26,6 +30,11 @@ class Glow:
     name: str
     radiance: tuple[float, float, float]
     mode: str
+    picture: tuple[str, Lookup] | None = None
+
+    @property
+    def shine(self) -> Shine:
+        return Shine(self.radiance if self.mode == TINTED else (0.0, 0.0, 0.0), self.radiance, self.picture)
 
     def area_light(self, tinted: bool) -> kanuka.Shader:
         """Beside a material that shines by itself it says only which light that is."""
@@ -34,8 +43,8 @@ class Glow:
 
 
 class MeshLights:
-    def __init__(self, lights: list[Usd.Prim], shapings: Shapings, spaces: Spaces, say: Say) -> None:
-        self._shapings, self._spaces, self._say = shapings, spaces, say
+    def __init__(self, lights: list[Usd.Prim], shapings: Shapings, spaces: Spaces, files: Files, say: Say) -> None:
+        self._shapings, self._spaces, self._files, self._say = shapings, spaces, files, say
         self.number = 0
         self.last_normalized = ""  # path of the light
         self._named: dict[str, Usd.Prim] = {}  # lights by the mesh that they name
@@ -71,7 +80,12 @@ class MeshLights:
         except ValueError as error:
             self._say("error", f"{light.GetPath()}: {error}. It does not shine")
             return None
-        if light.HasAttribute("inputs:texture:file"):
-            self._say("warning", f"{light.GetPath()}: pictures of meshes that shine are not read; it shines evenly")
         mode = str(api.GetMaterialSyncModeAttr().Get(time))
-        return Glow(name_of(light), tuple(float(x) for x in amount), mode)
+        return Glow(name_of(light), tuple(float(x) for x in amount), mode, self._picture(light, time))
+
+    def _picture(self, light: Usd.Prim, time: Usd.TimeCode) -> tuple[str, Lookup] | None:
+        """Of the attribute that other lights have; it lies on the mesh by its st."""
+        attribute = light.GetAttribute("inputs:texture:file")
+        if not (file := resolved(attribute, time, self._files, self._say)):
+            return None
+        return file, self._spaces.lookup(file, self._spaces.of_file(attribute, file))

@@ -108,7 +108,7 @@ class Reader:
         self.materials = Materials(self.say, self.files, frame, self.spaces)
         self.portals = portals(lights)
         self.shapings = Shapings(frame, self.files, self.spaces)
-        self.mesh_lights = MeshLights(lights, self.shapings, self.spaces, self.say)
+        self.mesh_lights = MeshLights(lights, self.shapings, self.spaces, self.files, self.say)
         self.links = Links(lights, frame, self.say)
         light_limits.tell(lights, frame, self.say, self.gathered)
         self.shapes = Shapes(
