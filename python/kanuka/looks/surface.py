@@ -1,6 +1,6 @@
 """The surface that materials of other formats are taken for: one model, of which each material has what it uses.
 
-    emission + coat over (metalness: metal | specular over (transmission: glass | diffuse))
+    emission + coat over (metalness: metal | specular over (transmission: glass | diffuse)), or a mixture of such
 
 UsdPreviewSurface, MaterialX's standard_surface and OpenPBR name its inputs in their own ways (usd/preview.py,
 usd/materialx.py), and so do files of models (models.py).
@@ -8,6 +8,7 @@ usd/materialx.py), and so do files of models (models.py).
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import astuple, dataclass, fields
 
 from .rsl import Stage, Value, Writer, shader_text
@@ -24,9 +25,20 @@ class Medium:
 
 
 @dataclass
-class Surface:
-    """Inputs: None = as if there were none of it. Colours are reflectances; roughness is perceptual."""
+class Mixed:
+    """Two surfaces: `weight` of the upper one, and the rest of the lower one."""
 
+    upper: Surface
+    lower: Surface
+    weight: Value
+
+
+@dataclass
+class Surface:
+    """Inputs: None = as if there were none of it. Colours are reflectances; roughness is perceptual. Of a mixture only
+    what is not of lobes is its own: the interior, presence, normal, displacement."""
+
+    mixed: Mixed | None = None
     base: Value | None = None  # color of the diffuse body
     diffuse_roughness: Value | None = None
     translucence: Value | None = None  # how much of a thin-walled body scatters to both sides
@@ -68,6 +80,12 @@ class Surface:
     normal_is_world: bool = False  # or in world space
     displacement: Value | None = None  # along the normal, in object space
 
+    def parts(self) -> list[Surface]:
+        """Those that have lobes."""
+        return [*self.mixed.upper.parts(), *self.mixed.lower.parts()] if self.mixed else [self]
+
+
+MOST_LOBES = 16  # of a material in the core
 
 # What is seen through a coat.
 BELOW = ("base", "metal", "f0", "specular_color", "sheen_color", "transmission_color", "emission")
@@ -108,10 +126,10 @@ color usd_metal_k(color reflectance; color n) {
 
 
 class Layers:
-    """Lobes and layers of a surface, from the body outwards."""
+    """Lobes and layers of a surface, from the body outwards. `prefix`: of their names, in a mixture."""
 
-    def __init__(self, writer: Writer, surface: Surface, shading: Stage, uv: Value | None) -> None:
-        self.surface, self.shading, self.writer, self.uv = surface, shading, writer, uv
+    def __init__(self, writer: Writer, surface: Surface, shading: Stage, uv: Value | None, prefix: str = "") -> None:
+        self.surface, self.shading, self.writer, self.uv, self.prefix = surface, shading, writer, uv, prefix
         self.lobes: list[tuple[str, str, str]] = []  # name, weight, lobe
         self.layers: list[tuple[str, str, str, str, str]] = []  # name, operator, upper, lower, weight
         self.top = ""
@@ -126,15 +144,29 @@ class Layers:
 
     def lobe(self, name: str, kind: str, weight: str = "1.0", **inputs: str) -> str:
         given = ", ".join(f'"{key}", {text}' for key, text in inputs.items() if text)
-        self.lobes.append((name, weight, f"{kind}({given})"))
-        return name
+        self.lobes.append((self.prefix + name, weight, f"{kind}({given})"))
+        return self.prefix + name
 
     def layer(self, name: str, operator: str, upper: str, weight: str) -> None:
-        self.layers.append((name, operator, upper, self.top, weight))
-        self.top = name
+        self.layers.append((self.prefix + name, operator, upper, self.top, weight))
+        self.top = self.prefix + name
+
+    def mix(self, mixed: Mixed) -> None:
+        tops = []
+        for name, surface in (("fg_", mixed.upper), ("bg_", mixed.lower)):
+            part = Layers(self.writer, surface, self.shading, self.uv, self.prefix + name)
+            part.build()
+            self.lobes += part.lobes
+            self.layers += part.layers
+            tops.append(part.top)
+        self.top = tops[1]
+        self.layer("mixed", "mix", tops[0], mixed.weight.to("float").text)
 
     def build(self) -> None:
         s = self.surface
+        if s.mixed:
+            self.mix(s.mixed)
+            return
         if s.coat and s.coat_color:
             self.tint()
         self.body()
@@ -175,10 +207,10 @@ class Layers:
         """Inputs of microfacets: of the coat, where `of` is "coat_"."""
         found = {"roughness": self.number(f"{of}roughness", roughness)}
         if getattr(self.surface, f"{of}anisotropy"):
-            key = f"{of}rotation"
+            key = f"{self.prefix}{of}rotation"
             if key not in self.shading.known:
                 self.writer.functions["usd_turn"] = TURN
-                turn = f"mod({self.number(key, '0')} + usd_turn({self.tangent(of)}, P, N), 1)"
+                turn = f"mod({self.number(f'{of}rotation', '0')} + usd_turn({self.tangent(of)}, P, N), 1)"
                 self.shading.known[key] = self.writer.let(self.shading, Value("float", turn))
             found |= {"anisotropy": self.number(f"{of}anisotropy", "0"), "rotation": self.shading.known[key].text}
         return found
@@ -264,13 +296,21 @@ class Layers:
         return self.lobe("filmed_metal", "MetalBrdf", weight, **inputs, **film)
 
 
+def lobes_of(surface: Surface) -> int:
+    """How many there are."""
+    made = Layers(Writer(), deepcopy(surface), Stage(), None)
+    made.build()
+    return len(made.lobes)
+
+
 def text_of(writer: Writer, surface: Surface, shading: Stage, displacing: Stage, uv: Value | None) -> str:
     """RSL. `shading` and `displacing` hold the statements that the surface's values need; `uv` are the coordinates that
     the normal's tangents follow."""
-    for each in fields(surface):
-        value = getattr(surface, each.name)
-        if isinstance(value, Value) and each.name not in ("normal", "displacement"):
-            setattr(surface, each.name, writer.let(shading, value))
+    for part in (surface, *surface.parts()):
+        for each in fields(part):
+            value = getattr(part, each.name)
+            if isinstance(value, Value) and each.name not in ("normal", "displacement"):
+                setattr(part, each.name, writer.let(shading, value))
     made = Layers(writer, surface, shading, uv)
     made.build()
     begin = ["MnkMaterialBoundary boundary = CreateBoundary(material);"]

@@ -14,13 +14,13 @@ from kanuka.looks.material import MadeMaterial
 from kanuka.looks.rsl import Stage, Value, Writer, halves, primvar_name
 from kanuka.looks.surface import Surface, text_of
 
-from . import materialx, patterns, preview
+from . import materialx, mixtures, patterns, preview
 from .network import Network, texture
 from .spaces import Spaces
 from .stage import Say
 
 NODES = preview.NODES | patterns.NODES
-SURFACES = preview.SURFACES | materialx.SURFACES
+SURFACES = mixtures.with_mixtures(preview.SURFACES | materialx.SURFACES)
 CONTEXTS = ("kanuka", "mtlx", "")  # of outputs, the best first
 
 
@@ -55,6 +55,10 @@ class Shine:
     picture: tuple[str, Lookup] | None = None
 
     def light(self, network: Network, surface: Surface, shading: Stage) -> None:
+        for part in surface.parts():
+            self._light(network, part, shading)
+
+    def _light(self, network: Network, surface: Surface, shading: Stage) -> None:
         writer, own = network.writer, surface.emission if any(self.factor) else None
         if own:
             own = Value("color", f"({own.to('color').text}) * {writer.constant('color', self.factor).text}")
@@ -138,6 +142,8 @@ class Materials:
         network.rate = stage.GetTimeCodesPerSecond() or network.rate
         try:
             surface = SURFACES[identifier](network.node(shader), shading, displacing)
+            if surface is None:
+                return None
         except RecursionError:
             self._say("warning", f"{path}: its network is too deep to be read. Grey stands in for it")
             return None
@@ -164,4 +170,4 @@ class Materials:
     def _finished(self, writer: Writer, surface: Surface, shading: Stage, displacing: Stage, uv) -> Made:
         name = self._files.shader(text_of(writer, surface, shading, displacing, uv))
         primvars = {usd: (primvar_name(usd), kind) for usd, kind in writer.primvars.items()}
-        return Made(name, dict(writer.values), primvars, shines=surface.emission is not None)
+        return Made(name, dict(writer.values), primvars, shines=any(part.emission for part in surface.parts()))

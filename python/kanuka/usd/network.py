@@ -155,6 +155,10 @@ class Node:
     def connected(self, name: str) -> bool:
         raise NotImplementedError
 
+    def source(self, name: str) -> Node | None:
+        """The node that an input is connected to, where that is one of the material's own."""
+        return None
+
     def constant(self, name: str, default=None):
         """An input's value, where it has one by itself."""
         raise NotImplementedError
@@ -235,6 +239,12 @@ class UsdNode(Node):
         attribute = self._source(name)
         return attribute is not None and is_output(attribute)
 
+    def source(self, name: str) -> Node | None:
+        attribute = self._source(name)
+        if attribute is None or not is_output(attribute):
+            return None
+        return UsdNode(self.network, UsdShade.Shader(attribute.GetPrim()))
+
     def constant(self, name: str, default=None):
         attribute = self._source(name)
         if attribute is None or is_output(attribute):
@@ -246,7 +256,8 @@ class UsdNode(Node):
     def value(self, name: str, stage: Stage, kind: str, default=None) -> Value | None:
         attribute = self._source(name)
         if attribute is not None and is_output(attribute):
-            source = UsdNode(self.network, UsdShade.Shader(attribute.GetPrim()))
+            source = self.source(name)
+            assert source
             found = self.network.output(source, attribute.GetBaseName(), stage)
             if found is not None and (found.kind == "string") == (kind == "string"):
                 return found.to(kind)
