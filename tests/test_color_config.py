@@ -290,6 +290,22 @@ def test_a_stage_names_its_configuration_beside_it(tmp_path: Path):
     assert seen(scene) == pytest.approx(film(PALE), abs=0.012)
 
 
+def test_a_package_holds_its_configuration(tmp_path: Path):
+    """Without files of its own: a space that is a matrix and a power."""
+    from pxr import Sdf
+
+    configured(tmp_path)
+    parts = (CAMERA, GLOWING.replace("SPACE", "warm"), FLOOR.replace("EXTRA", ST.replace("map", "st")), SUN)
+    inside = stage(tmp_path, *parts, head=head("house.ocio"))
+    with Sdf.ZipFileWriter.CreateNew(str(tmp_path / "a.usdz")) as package:
+        package.AddFile(str(inside), "a.usda")
+        package.AddFile(str(tmp_path / "house.ocio"), "house.ocio")
+    (tmp_path / "house.ocio").unlink()
+    scene, told = read(tmp_path / "a.usdz")
+    assert told == []
+    assert seen(scene) == pytest.approx(warm(PALE), abs=0.012)
+
+
 def test_a_stage_names_one_that_is_built_in(tmp_path: Path):
     scene, told = loaded(tmp_path, "ACEScct", BUILT_IN)
     assert told == [] and scene.options.color_space == "acescg"

@@ -278,7 +278,10 @@ def compiled(text: str, path: str = "/m", rendered: str = "rec709") -> tuple[dic
 
 def of_stage(opened: Usd.Stage, path: str, rendered: str = "rec709") -> tuple[dict[str, np.ndarray], list[str]]:
     told: list[str] = []
-    say = lambda kind, text: told.append(text)  # noqa: E731
+
+    def say(kind: str, text: str) -> None:
+        told.append(text)
+
     materials = Materials(say, Files(), Usd.TimeCode.Default(), Spaces(say, rendered))
     made = materials.of(UsdShade.Material.Get(opened, path))
     shader = kanuka.compile_shader(materials._files.folder / f"{made.shader}.sl")

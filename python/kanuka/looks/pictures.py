@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeAlias
 
@@ -68,10 +69,16 @@ def made_of(file: str, key: str, make: Make, *, latlong: bool = False) -> str:
 
 
 def _name(file: str, key: str) -> str:
+    found = os.stat(file)
+    content = _content(file, found.st_mtime_ns, found.st_size)
+    return f"{Path(file).stem}.{hashlib.sha256((content + key).encode()).hexdigest()[:24]}"
+
+
+@lru_cache(maxsize=4096)
+def _content(file: str, written: int, size: int) -> str:
+    """Many lights may have one picture, and so have the frames of a shot."""
     with open(file, "rb") as data:
-        digest = hashlib.file_digest(data, "sha256")
-    digest.update(key.encode())
-    return f"{Path(file).stem}.{digest.hexdigest()[:24]}"
+        return hashlib.file_digest(data, "sha256").hexdigest()
 
 
 def _made(file: str, name: str, make: Make, latlong: bool) -> str:

@@ -16,6 +16,7 @@ from pxr import Usd
 
 from kanuka.looks import colors, pictures
 from kanuka.looks.colors import CODES, LINEAR, PRIMARIES, SRGB, Curve, Space
+from kanuka.looks.files import Files
 
 from .stage import INSTALL, Say, one_line
 
@@ -195,4 +196,5 @@ def named_by(stage: Usd.Stage) -> tuple[str, str]:
         return written, f"$OCIO ({written})"
     if asset.path.startswith("ocio://"):
         return asset.path, asset.path
-    return asset.resolvedPath or stage.GetRootLayer().ComputeAbsolutePath(asset.path), asset.path
+    resolved = asset.resolvedPath or stage.GetRootLayer().ComputeAbsolutePath(asset.path)
+    return Files().file_of(resolved), asset.path
