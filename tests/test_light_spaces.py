@@ -80,6 +80,12 @@ def test_a_display_color_of_an_unknown_space_is_told(tmp_path: Path):
     assert len(told) == 1 and "/floor.primvars:displayColor" in told[0] and "teapot" in told[0]
 
 
+def test_what_many_prims_have_in_common_is_not_told_of_each(tmp_path: Path):
+    ball = 'def Sphere "b%d" {\n' + DISPLAY % (text(PALE), 'colorSpace = "teapot"') + "\n}\n"
+    _, told = read(stage(tmp_path, CAMERA, SUN, *(ball % k for k in range(40))))
+    assert len(told) == 17 and all("teapot" in each for each in told)
+
+
 # ---- lights
 
 

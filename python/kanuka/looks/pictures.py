@@ -31,6 +31,7 @@ CHROMATICITIES = b"chromaticities\0"
 LARGEST_HEAD = 1 << 16
 HALF_MAX = 65504.0
 DAY = 24 * 3600
+ROWS = 128  # that are converted together
 TILE = "<UDIM>"
 
 
@@ -94,8 +95,8 @@ def _made(file: str, name: str, make: Make, latlong: bool) -> str:
         if given.alpha is not None and given.alpha.shape == made.shape[:2]:
             made = np.concatenate([made, given.alpha[..., None]], axis=2)
         plain = os.path.join(own, "plain.exr")
-        made = np.nan_to_num(made, nan=0.0, posinf=HALF_MAX, neginf=-HALF_MAX)
-        if np.abs(made).max(initial=0) <= HALF_MAX:
+        made = np.nan_to_num(made, copy=False, nan=0.0, posinf=HALF_MAX, neginf=-HALF_MAX)
+        if made.min() >= -HALF_MAX and made.max() <= HALF_MAX:
             write_half(plain, made)
         else:  # the sun in a sky
             layers = {"rgb": made[..., :3], "alpha": made[..., 3]} if made.shape[2] == 4 else {"rgb": made}
@@ -133,6 +134,14 @@ def read(file: str, own: str) -> Numbers:
         picture.space if CHROMATICITIES in head else "",
         (wraps[0], wraps[1]) if known else Numbers.wraps,
     )
+
+
+def by_rows(rgb: np.ndarray, convert: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """What convert() makes of (height, width, 3) numbers, without ever holding many of its own in memory."""
+    made = np.empty(rgb.shape, np.float32)
+    for row in range(0, len(rgb), ROWS):
+        made[row : row + ROWS] = convert(rgb[row : row + ROWS])
+    return made
 
 
 def coded(light: np.ndarray) -> np.ndarray:

@@ -21,9 +21,15 @@ from kanuka.looks.files import Files
 from .stage import INSTALL, Say, one_line
 
 LINEAR_ROLE, COMMON = "scene_linear", "ACES2065-1"  # the latter by the name that it has in OpenColorIO itself
+LARGEST = 1e9  # where a curve goes to infinity
 NEAR = 1e-5  # how well a curve and a matrix are to do what the processor does
-# Colours to compare them by: dark and bright ones, beyond 1 and below 0.
-PROBES = np.stack(np.meshgrid(*[[-0.25, 0.0, 0.002, 0.03, 0.04, 0.1, 0.35, 0.7, 1.0, 3.0]] * 3), -1).reshape(-1, 3)
+# Colours to compare them by: dark and bright ones, beyond 1 and below 0; and greys, for tables with many steps.
+PROBES = np.concatenate(
+    [
+        np.stack(np.meshgrid(*[[-0.25, 0.0, 0.002, 0.03, 0.04, 0.1, 0.35, 0.7, 1.0, 3.0]] * 3), -1).reshape(-1, 3),
+        np.linspace(0, 1, 2001)[:, None].repeat(3, axis=1),
+    ]
+)
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ class Configured(Space):
         """The file that stands for one in this space: light of the space that is rendered in."""
         assert self.convert is not None
         convert = self.convert
-        return pictures.made_of(file, self.key, lambda given: convert(given.rgb))
+        return pictures.made_of(file, self.key, lambda given: pictures.by_rows(given.rgb, convert))
 
 
 class Configuration:
@@ -122,7 +128,7 @@ class Configuration:
         def convert(values: np.ndarray) -> np.ndarray:
             packed = np.array(values, dtype=np.float32, order="C")
             cpu.applyRGB(packed)
-            return packed.astype(float) @ last.T
+            return np.nan_to_num(packed.astype(float), nan=0.0, posinf=LARGEST, neginf=-LARGEST) @ last.T
 
         key = f"{name} {processor.getCacheID()} {last.round(9).tolist()}"
         unique = f"{name}_{hashlib.sha256(key.encode()).hexdigest()[:8]}"
@@ -136,8 +142,8 @@ def candidates(steps: list, ocio) -> list[Curve]:
     for step in steps:
         forwards = step.getDirection() == ocio.TRANSFORM_DIR_FORWARD
         if isinstance(step, ocio.ExponentTransform):
-            power = step.getValue()[0]
-            found.append(Curve(power if forwards else 1 / power))
+            if (power := step.getValue()[0]) > 0:
+                found.append(Curve(power if forwards else 1 / power))
         elif isinstance(step, ocio.ExponentWithLinearTransform) and forwards:
             found.append(colors.biased(step.getGamma()[0], step.getOffset()[0]))
     return found

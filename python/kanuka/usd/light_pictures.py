@@ -24,13 +24,14 @@ def rendered(file: str, attribute: Usd.Attribute, spaces: Spaces, layout: str = 
         return file
 
     def make(given: pictures.Numbers) -> np.ndarray:
-        rgb = (space or said_by(given)).converted(given.rgb, spaces.rendered)
+        known = space or said_by(given)
+        rgb = pictures.by_rows(given.rgb, lambda values: known.converted(values, spaces.rendered))
         return layouts.unfolded(rgb, layout) if layout else rgb
 
-    known = space.key if isinstance(space, Configured) else repr(space)
+    key = f"{space.key if isinstance(space, Configured) else space!r} {spaces.rendered} {layout}"
     is_dome = attribute.GetPrim().GetTypeName() != "RectLight"
     try:
-        return pictures.made_of(file, f"{known} {spaces.rendered} {layout}", make, latlong=is_dome)
+        return pictures.made_of(file, key, make, latlong=is_dome)
     except (kanuka.Error, OSError, ValueError) as error:
         raise ValueError(f"its picture {file} is not read: {error}") from None
 

@@ -5,6 +5,8 @@ Names are those that prims define (UsdColorSpaceDefinitionAPI), else those of a 
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 from pxr import Sdf, Usd, UsdRender
 
@@ -16,6 +18,7 @@ from .color_config import LINEAR_ROLE, Configuration, Configured
 from .stage import Say, input_error
 
 AUTO = "auto"
+MOST_TOLD = 16  # of a name: many prims may have the same
 
 
 class Spaces:
@@ -26,6 +29,7 @@ class Spaces:
     ) -> None:
         self._say, self.rendered, self._config, self._converts = say, rendered, config, converts
         self._told: set[tuple[str, str]] = set()
+        self._often: Counter[str] = Counter()
         self._by_parent: dict[Sdf.Path, str] = {}
 
     def of(self, attribute: Usd.Attribute, inherits: bool = True) -> Space | None:
@@ -128,9 +132,14 @@ class Spaces:
         return Space(f"{name}_{path_word(of)}", colors.biased(gamma, bias), primaries)
 
     def _tell(self, name: str, text: str) -> None:
-        if (name, text.partition(":")[0]) not in self._told:
-            self._told.add((name, text.partition(":")[0]))
+        if (key := (name, text.partition(":")[0])) in self._told:
+            return
+        self._told.add(key)
+        self._often[name] += 1
+        if self._often[name] <= MOST_TOLD:
             self._say("warning", text)
+        elif self._often[name] == MOST_TOLD + 1:
+            self._say("warning", f'more is to be said of "{name}" than is told')
 
 
 def rendering_space(stage: Usd.Stage, wanted: str, say: Say, config: Configuration | None = None) -> str:
