@@ -290,6 +290,18 @@ def test_a_stage_names_its_configuration_beside_it(tmp_path: Path):
     assert seen(scene) == pytest.approx(film(PALE), abs=0.012)
 
 
+def test_archives_are_configurations_with_their_tables(tmp_path: Path):
+    path = configured(tmp_path)
+    path.write_text(path.read_text().replace("search_path: .", 'search_path: ""'))
+    config = ocio.Config.CreateFromFile(str(path))
+    config.setWorkingDir(str(tmp_path))
+    config.archive(str(tmp_path / "house.ocioz"))
+    (tmp_path / "film.spi1d").unlink()
+    scene, told = loaded(tmp_path, "film", "house.ocioz")
+    assert told == []
+    assert seen(scene) == pytest.approx(film(PALE), abs=0.012)
+
+
 def test_a_package_holds_its_configuration(tmp_path: Path):
     """Without files of its own: a space that is a matrix and a power."""
     from pxr import Sdf
