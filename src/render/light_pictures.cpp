@@ -61,7 +61,7 @@ static shade::LatLong read_exr_sky(const std::string& file, color::Space space) 
 static std::optional<shade::LatLong> read_sky(const scene::Light& light, color::Space space,
                                               Journal& journal) {
     if (!is_exr(light.texture))
-        return shade::read_latlong(light.texture, 0, light.where, journal);
+        return shade::read_latlong(light.texture, space, 0, light.where, journal);
     try {
         return read_exr_sky(light.texture, space);
     } catch (const Error& e) {
@@ -89,12 +89,12 @@ void load_environment(transport::SceneInputs& in, color::Space space, Journal& j
     }
 }
 
-void load_tables(transport::SceneInputs& in, Journal& journal) {
+void load_tables(transport::SceneInputs& in, color::Space space, Journal& journal) {
     using Kind = scene::Light::Kind;
     constexpr int MostColumns = 1024;
     for (scene::Light& light : in.lights) {
         if (light.kind == Kind::Quad && !light.texture.empty()) {
-            if (auto picture = shade::read_latlong(light.texture, MostColumns, light.where, journal)) {
+            if (auto picture = shade::read_latlong(light.texture, space, MostColumns, light.where, journal)) {
                 auto table = std::make_shared<scene::LightTable>();
                 table->width = picture->width, table->height = picture->height;
                 keep_radiances(picture->rgb, light, journal);

@@ -10,6 +10,6 @@ namespace kanuka::render {
 // The latitude-longitude picture of the first environment light that has one, in the scene's space.
 void load_environment(transport::SceneInputs& in, color::Space space, Journal& journal);
 // Pictures on quads, photometric profiles of points and spots.
-void load_tables(transport::SceneInputs& in, Journal& journal);
+void load_tables(transport::SceneInputs& in, color::Space space, Journal& journal);
 
 } // namespace kanuka::render

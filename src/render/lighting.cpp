@@ -18,7 +18,7 @@ void Lighting::build() {
     in.palette = color.palette.get();
     in.sensor = &color.sensor;
     load_environment(in, color.palette->space(), m_job.journal);
-    load_tables(in, m_job.journal);
+    load_tables(in, color.palette->space(), m_job.journal);
     in.render_from_world = m_world.camera().render_from_world;
     in.camera = m_world.camera().view;
     in.camera.motion = m_world.camera().motion;

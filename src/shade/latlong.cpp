@@ -34,8 +34,8 @@ LatLong shrink(const LatLong& from, int factor) {
 
 } // namespace
 
-std::optional<LatLong> read_latlong(const std::string& file, int max_width, const Location& asker,
-                                    Journal& journal) {
+std::optional<LatLong> read_latlong(const std::string& file, color::Space space, int max_width,
+                                    const Location& asker, Journal& journal) {
     const auto fail = [&](const std::string& why) {
         journal.error(asker, "a light's picture \"" + file + "\" cannot be read (" + why +
                                  "); write it anew, as an EXR or HDR file");
@@ -54,16 +54,22 @@ std::optional<LatLong> read_latlong(const std::string& file, int max_width, cons
     if (!input.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, pixels.data()))
         return fail(input.geterror());
 
+    const bool converts = space != color::Space::Rec709 && spec.get_int_attribute("kanuka:rec709", 0) != 0;
+    const color::Matrix3 from_rec709 = color::convert(color::Space::Rec709, space);
     LatLong picture;
     picture.width = spec.width;
     picture.height = spec.height;
     picture.rgb.resize(size_t(spec.width) * size_t(spec.height) * 3);
-    for (size_t i = 0; i < picture.rgb.size() / 3; i++)
-        for (size_t c = 0; c < 3; c++) {
-            const float value = pixels[i * size_t(channels) + std::min(c, size_t(channels) - 1)];
-            // Light is never negative, and one infinite pixel would outshine the rest.
-            picture.rgb[i * 3 + c] = std::isfinite(value) ? std::max(0.0f, value) : 0.0f;
-        }
+    for (size_t i = 0; i < picture.rgb.size() / 3; i++) {
+        Rgb pixel;
+        for (int c = 0; c < 3; c++)
+            pixel[c] = pixels[i * size_t(channels) + size_t(std::min(c, channels - 1))];
+        if (converts)
+            pixel = color::transform(from_rec709, pixel);
+        // Light is never negative, and one infinite pixel would outshine the rest.
+        for (int c = 0; c < 3; c++)
+            picture.rgb[i * 3 + size_t(c)] = std::isfinite(pixel[c]) ? std::max(0.0f, pixel[c]) : 0.0f;
+    }
     if (max_width > 0 && picture.width > max_width)
         picture = shrink(picture, (picture.width + max_width - 1) / max_width);
     return picture;

@@ -12,6 +12,7 @@
 #include "base/stats.h"
 #include "base/vec.h"
 #include "color/palette.h"
+#include "color/spaces.h"
 #include "grid/air.h"
 #include "grid/grid.h"
 #include "grid/layering.h"
@@ -133,14 +134,14 @@ class ShadingSystem {
     virtual uint64_t textures_made() const = 0; // of plain pictures, for this render and later ones
 };
 
-// A whole environment picture, linear Rec.709, row by row from the top; base/latlong.h says where it shows
-// what.
+// A whole environment picture, linear, row by row from the top; base/latlong.h says where it shows what.
 struct LatLong {
     int width = 0, height = 0;
     std::vector<float> rgb;
 };
-// At most `max_width` wide, averaged where the file is larger; 0 = as it is. None = reported for `asker`.
-std::optional<LatLong> read_latlong(const std::string& file, int max_width, const Location& asker,
-                                    Journal& journal);
+// At most `max_width` wide, averaged where the file is larger; 0 = as it is. Pictures of 8 and 16 bits, which
+// are sRGB's, are brought to `space`; all others are in it already. None = reported for `asker`.
+std::optional<LatLong> read_latlong(const std::string& file, color::Space space, int max_width,
+                                    const Location& asker, Journal& journal);
 
 } // namespace kanuka::shade

@@ -192,7 +192,7 @@ TEST_F(TexturesTest, HeadersThatClaimTooMuchAreRefused) {
         Lookup lookup(name, {0.5f}, {0.5f});
         textures.lookup(lookup.request, where);
         EXPECT_EQ(lookup.result, (std::vector<float>{0.5f, 0.5f, 0.5f}));
-        EXPECT_FALSE(read_latlong((folder.path / name).string(), 0, where, journal));
+        EXPECT_FALSE(read_latlong((folder.path / name).string(), color::Space::Rec709, 0, where, journal));
     }
     for (const Journal::Entry& e : journal.entries())
         EXPECT_NE(e.message.find("it claims "), std::string::npos) << e.message;
@@ -300,10 +300,22 @@ TEST_F(TexturesTest, EnvironmentPoleIsPlusZ) {
     EXPECT_NEAR(lookup.result[3 * 2 + 2], 1, 1e-2f);
 }
 
+// Green of sRGB in ACEScg, by its published matrix (S-2014-004; Bradford from D65 to ACES's white).
+TEST_F(TexturesTest, LatLongOfCodesIsBroughtToTheSpace) {
+    write("sky.png", OIIO::TypeDesc::UINT8, {0, 1, 0}, {0, 1, 0});
+    const auto sky =
+        read_latlong((folder.path / "sky.png").string(), color::Space::AcesCg, 0, where, journal);
+    ASSERT_TRUE(sky);
+    EXPECT_NEAR(sky->rgb[0], 0.3395f, 2e-3f);
+    EXPECT_NEAR(sky->rgb[1], 0.9164f, 2e-3f);
+    EXPECT_NEAR(sky->rgb[2], 0.1096f, 2e-3f);
+}
+
 TEST_F(TexturesTest, LatLongIsReadWholeLinearAndShrunk) {
     write("sky.png", OIIO::TypeDesc::UINT8, {0.5f, 0.5f, 0.5f}, {0, 1, 0});
     const std::string path = (folder.path / "sky.png").string();
-    const auto full = read_latlong(path, 0, where, journal), small = read_latlong(path, 4, where, journal);
+    const auto full = read_latlong(path, color::Space::Rec709, 0, where, journal),
+               small = read_latlong(path, color::Space::Rec709, 4, where, journal);
     ASSERT_TRUE(full && small);
     EXPECT_EQ(full->width, 64);
     EXPECT_EQ(small->width, 4);
@@ -313,7 +325,8 @@ TEST_F(TexturesTest, LatLongIsReadWholeLinearAndShrunk) {
         EXPECT_NEAR(picture.rgb[size_t(picture.width) * 3 - 2], 1, 1e-3f);
     }
     folder.write("broken.exr", "no");
-    EXPECT_FALSE(read_latlong((folder.path / "broken.exr").string(), 0, where, journal));
+    EXPECT_FALSE(
+        read_latlong((folder.path / "broken.exr").string(), color::Space::Rec709, 0, where, journal));
     EXPECT_EQ(journal.entries().size(), 1u);
 }
 

@@ -44,15 +44,15 @@ def said_by(given: pictures.Numbers) -> Space:
 
 
 def is_read_so(file: str, space: Space | None, rendered: str) -> bool:
-    """Whether the core makes of the file what the space says: of lights' pictures it decodes codes of 8 and 16 bits, of
-    those of EXR it converts what the head says, and takes all others for the space that is rendered in."""
+    """Whether the core makes of the file what the space says: of lights' pictures it decodes codes of 8 and 16 bits as
+    sRGB's, of those of EXR it converts what the head says, and takes all others for the space that is rendered in."""
     if space is None:
-        return rendered == "rec709" or not file.lower().endswith(CODES)
+        return True
     if isinstance(space, Configured) and not space.fits(file):
         return False
     kept = colors.lookup(space, rendered, file)
     if file.lower().endswith(CODES):
-        return kept.space == "srgb" and not kept.function and rendered == "rec709"
+        return kept.space == "srgb" and not kept.function
     with open(file, "rb") as data:
         says = pictures.CHROMATICITIES in data.read(pictures.LARGEST_HEAD)
     return file.lower().endswith((".exr", ".hdr")) and kept == colors.RAW and not says
