@@ -83,6 +83,10 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Node.place": (lambda **given: kanuka.Scene().add_light("point").place(**given), {"transform": np.eye(4)}),
     "Picture": (kanuka.Picture, {"layers": PICTURE}),
     "Picture.write": (lambda **given: picture().write(**given), {"path": "a.exr"}),
+    "Scene.add_archive": (
+        lambda **given: kanuka.Scene().add_archive(**given),
+        {"path": Path(__file__).parent.parent / "scenes" / "procedurals" / "bolster.rib"},
+    ),
     "Scene.add_group": (lambda **given: kanuka.Scene().add_group(**given), {}),
     "Scene.add_instances": (with_group(kanuka.Scene.add_instances), {"transforms": MOVING}),
     "Scene.add_light": (lambda **given: kanuka.Scene().add_light(**given), {"kind": "point"}),

@@ -126,6 +126,7 @@ void bind_scene(nb::module_& m);
 // Before bind_scene(), which makes nodes; the second adds Scene.node() and Scene.remove().
 void bind_node(nb::module_& m);
 void bind_nodes_of(nb::class_<Scene>& scene);
+void bind_archives(nb::class_<Scene>& scene);
 // Of Scene and Group alike.
 template <class Owner>
 void bind_meshes(nb::class_<Owner>& c);

@@ -9,6 +9,7 @@
 
 #include "dice/dice.h"
 #include "ingest/rib/search_path.h"
+#include "python/archives.h"
 #include "python/arguments.h"
 #include "python/values.h"
 
@@ -175,11 +176,7 @@ void mend_normals(SurfaceMesh& m) {
 
 SurfaceMesh surface_mesh(const std::string& path, float edge) {
     Journal journal;
-    std::string quoted;
-    for (const char c : std::filesystem::absolute(path).string())
-        quoted += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
-    const scene::Scene scene =
-        ingest::parse_rib("WorldBegin\nReadArchive \"" + quoted + "\"\nWorldEnd\n", "(surface)", {}, journal);
+    const scene::Scene scene = read_archive(path, {}, journal);
     for (const Journal::Entry& e : journal.entries())
         if (e.severity == Severity::Error)
             throw Error(e.where, e.message);

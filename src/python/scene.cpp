@@ -271,6 +271,7 @@ void bind_scene(nb::module_& m) {
     bind_group(group);
     bind_class(scene);
     bind_nodes_of(scene);
+    bind_archives(scene);
     bind_lights(scene);
     bind_light_kinds(m);
 }
