@@ -142,6 +142,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "shader_cache_clear": (kanuka.shader_cache_clear, {}),
     "shader_cache_entries": (kanuka.shader_cache_entries, {}),
     "shader_cache_trim": (kanuka.shader_cache_trim, {}),
+    "store_compress": (kanuka.store_compress, {"folder": str(Path(__file__).parent)}),
     "store_packs": (kanuka.store_packs, {"folder": "."}),
     "store_prune": (kanuka.store_prune, {"folder": ".", "bytes": 1 << 60}),
     "texture_cache_files": (kanuka.texture_cache_files, {}),

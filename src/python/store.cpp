@@ -22,6 +22,7 @@ void bind_store(nb::module_& m) {
                 entry["file"] = pack.file;
                 entry["bytes"] = pack.bytes;
                 entry["pages"] = pack.pages;
+                entry["compressed_pages"] = pack.compressed_pages;
                 entry["age_s"] = pack.age_s;
                 entry["of_this_build"] = pack.of_this_build;
                 entry["problem"] = pack.problem;
@@ -45,6 +46,24 @@ void bind_store(nb::module_& m) {
         "Removes the packs not used for longest until no more than so many bytes are left; returns the "
         "number of "
         "files removed.");
+    define(
+        m, "store_compress",
+        [](const std::filesystem::path& folder, double idle_s) {
+            store::Compression done;
+            {
+                nb::gil_scoped_release free;
+                done = store::compress_store(folder.string(), idle_s);
+            }
+            nb::dict result;
+            result["packs"] = done.packs;
+            result["bytes_before"] = done.bytes_before;
+            result["bytes_after"] = done.bytes_after;
+            return result;
+        },
+        nb::arg("folder"), nb::kw_only(), nb::arg("idle_s") = 86400.0,
+        nb::sig("def store_compress(folder: str | os.PathLike, *, idle_s: float = 86400) -> dict[str, int]"),
+        "Compresses the packs that were not used for so many seconds, to about a third; renders read them as "
+        "before. Returns\nhow many packs, and their bytes before and after.");
 }
 
 } // namespace kanuka::python

@@ -160,6 +160,8 @@ std::vector<PackInfo> packs_in(const std::string& folder, bool verify) {
         info.of_this_build = !pack.problem() && pack.build() == digest_of(build_id());
         const std::vector<StoredPage> index = pack.problem() ? std::vector<StoredPage>() : pack.index();
         info.pages = index.size();
+        for (const StoredPage& page : index)
+            info.compressed_pages += page.is_compressed();
         if (pack.problem())
             info.problem = pack.problem();
         for (size_t i = 0; verify && info.problem.empty() && i < index.size(); i++) {
@@ -179,6 +181,50 @@ std::vector<PackInfo> packs_in(const std::string& folder, bool verify) {
 
 uint64_t trim_store(const std::string& folder, uint64_t most_bytes) {
     return trim_cache(folder, {PackSuffix, UnfinishedSuffix, std::chrono::hours(24)}, most_bytes);
+}
+
+// The new pack's path; empty: it stays as it is, since a page of it is damaged.
+static std::string compress_pack(const std::string& folder, PackReader& pack,
+                                 const std::vector<StoredPage>& index) {
+    PackWriter writer(folder, pack.build());
+    for (const StoredPage& stored : index) {
+        Page page;
+        if (!pack.read(stored, page) || (!stored.empty && fault_of(page)))
+            return {};
+        if (!writer.write(stored, page, true))
+            throw Error({folder}, writer.problem());
+    }
+    const std::string path = writer.close();
+    if (path.empty())
+        throw Error({folder}, writer.problem());
+    return path;
+}
+
+Compression compress_store(const std::string& folder, double idle_s) {
+    std::error_code ec;
+    if (!fs::is_directory(folder, ec))
+        throw Error({folder}, "there is no such folder");
+    Compression done;
+    const auto now = fs::file_time_type::clock::now();
+    for (const CachedFile& file : cached_files(folder, PackSuffix)) {
+        PackReader pack(file.path.string());
+        if (std::chrono::duration<double>(now - file.used).count() < idle_s || pack.problem() ||
+            pack.build() != digest_of(build_id()))
+            continue;
+        const std::vector<StoredPage> index = pack.index();
+        if (std::ranges::none_of(index, [](const StoredPage& p) { return p.words && !p.is_compressed(); }))
+            continue;
+        const std::string made = compress_pack(folder, pack, index);
+        if (made.empty())
+            continue;
+        fs::last_write_time(made, file.used, ec); // it is no younger than what it stands for
+        done.packs++;
+        done.bytes_before += file.bytes;
+        done.bytes_after += fs::file_size(made, ec);
+        if (made != file.path)
+            fs::remove(file.path, ec);
+    }
+    return done;
 }
 
 DiskStore::Settings store_settings_of_environment() {

@@ -31,7 +31,8 @@ struct StoredPage {
 
     // Where it lies.
     uint32_t pack = 0, words = 0;
-    uint64_t at = 0;
+    uint64_t at = 0, bytes = 0;
+    bool is_compressed() const { return bytes < uint64_t(words) * 4; }
 };
 
 class PackReader;
@@ -87,7 +88,7 @@ class DiskStore {
 
 struct PackInfo {
     std::string file;
-    uint64_t bytes = 0, pages = 0;
+    uint64_t bytes = 0, pages = 0, compressed_pages = 0;
     double age_s = 0; // since it was used last
     bool of_this_build = false;
     std::string problem; // empty = none that was looked for
@@ -98,6 +99,14 @@ std::vector<PackInfo> packs_in(const std::string& folder, bool verify);
 // Deletes packs that were not used for longest until no more than so many bytes are left, and what
 // interrupted renders left behind a day ago; returns how many files. 0 = all packs.
 uint64_t trim_store(const std::string& folder, uint64_t most_bytes);
+
+// Writes packs of this build anew that were not used for so long, their pages compressed, and removes what
+// they were. Others may read meanwhile. Throws Error where there is no such folder, or it cannot be written;
+// what is damaged stays as it is.
+struct Compression {
+    uint64_t packs = 0, bytes_before = 0, bytes_after = 0;
+};
+Compression compress_store(const std::string& folder, double idle_s);
 
 // What KANUKA_STORE, KANUKA_STORE_MODE (read or write) and KANUKA_STORE_SIZE (as 20G) say; an empty folder =
 // no store. Throws Error where they cannot be read.

@@ -2,6 +2,7 @@
 // more than the pages that it hit.
 #include "store/disk_store.h"
 
+#include <bit>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +11,7 @@
 
 #include "base/build_id.h"
 #include "base/byte_size.h"
+#include "store/compress.h"
 #include "store/pack.h"
 #include "store/page_check.h"
 #include "store/test_pages.h"
@@ -73,12 +75,62 @@ class Stored : public ::testing::Test {
         }
         return false;
     }
+    void expect_damage_is_found(int size);
     size_t warnings() const { return m_journal.entries().size(); }
 
     grid::LayeringProgram m_program = lamp_program();
     std::string m_folder;
     Journal m_journal;
 };
+
+// Of a folder's one pack, which holds pages 1 and 2.
+void Stored::expect_damage_is_found(int size) {
+    const fs::path path = packs().at(0);
+    std::string intact;
+    {
+        std::ifstream in(path, std::ios::binary);
+        intact.assign(std::istreambuf_iterator<char>(in), {});
+    }
+    const auto put = [&](const std::string& bytes) {
+        std::ofstream out(path, std::ios::binary | std::ios::trunc);
+        out << bytes;
+    };
+    const auto both_or_one = [&](size_t at) {
+        Journal journal;
+        DiskStore disk(settings(), journal);
+        int back = 0;
+        for (const uint64_t i : {1, 2})
+            for (const StoredPage& stored : disk.find(name(i))) {
+                Page page_back;
+                if (disk.read(stored, m_program, page_back)) {
+                    EXPECT_EQ(page_back.words, page(uint32_t(i), size).words) << at;
+                    back++;
+                }
+            }
+        return back;
+    };
+    const size_t step = size == 1 ? 1 : 1 + intact.size() / 512;
+    int found = 0, tried = 0;
+    for (size_t i = 0; i < intact.size(); i += step, tried++) {
+        std::string damaged = intact;
+        damaged[i] = char(damaged[i] ^ (i % 3 == 0 ? 0xff : 1 << (i % 8)));
+        put(damaged);
+        const int back = both_or_one(i);
+        EXPECT_LE(back, 2);
+        found += back < 2;
+    }
+    // All but what pads pages to whole rows.
+    EXPECT_GT(found, tried - 2 * int(PageAlignmentOnDisk / step) - 2);
+    for (size_t length = 0; length < intact.size(); length += step) {
+        put(intact.substr(0, length));
+        EXPECT_EQ(both_or_one(length), 0) << length;
+    }
+    put(intact);
+    EXPECT_EQ(both_or_one(0), 2);
+    put("something else altogether, and longer than a header and a footer are: of no use to anybody at all. "
+        "It goes on for a while.");
+    EXPECT_EQ(both_or_one(0), 0);
+}
 
 } // namespace
 
@@ -183,55 +235,82 @@ TEST_F(Stored, ReadingChangesNothing) {
 
 // Every byte of a small pack changed, and every length: what comes back is what was written, or nothing.
 TEST_F(Stored, DamageIsFound) {
+    for (const bool compressed : {false, true}) {
+        const int size = compressed ? 6 : 1; // the smallest do not get smaller
+        {
+            DiskStore disk(settings(), m_journal);
+            for (const uint64_t i : {1, 2})
+                disk.write(entry(i), page(uint32_t(i), size));
+        }
+        if (compressed)
+            EXPECT_EQ(compress_store(settings().folder, 0).packs, 1u);
+        expect_damage_is_found(size);
+        fs::remove(packs().at(0));
+    }
+}
+
+TEST_F(Stored, PagesThatAreNotInUseAreCompressed) {
     {
         DiskStore disk(settings(), m_journal);
-        for (const uint64_t i : {1, 2})
-            disk.write(entry(i), page(uint32_t(i), 1));
+        for (const uint64_t i : {1, 2, 3})
+            disk.write(entry(i), page(uint32_t(i), 16));
+        StoredPage nothing = entry(4);
+        nothing.empty = true;
+        disk.write(nothing, {});
     }
+    const fs::path plain = packs().at(0);
+    const auto used = fs::file_time_type::clock::now() - std::chrono::hours(2);
+    fs::last_write_time(plain, used);
+    EXPECT_EQ(compress_store(settings().folder, 3 * 3600).packs, 0u); // used an hour too late
+    const Compression done = compress_store(settings().folder, 3600);
+    EXPECT_EQ(done.packs, 1u);
+    ASSERT_EQ(packs().size(), 1u);
+    EXPECT_FALSE(fs::exists(plain));
+    EXPECT_EQ(done.bytes_after, fs::file_size(packs()[0]));
+    EXPECT_LT(done.bytes_after, done.bytes_before);
+    EXPECT_LT(std::chrono::abs(fs::last_write_time(packs()[0]) - used), std::chrono::seconds(1));
+    EXPECT_EQ(packs_in(settings().folder, true).at(0).compressed_pages, 3u);
+    EXPECT_EQ(packs_in(settings().folder, true).at(0).problem, "");
+    EXPECT_EQ(compress_store(settings().folder, 3600).packs, 0u); // there is nothing more to do
+    DiskStore disk(settings(), m_journal);
+    for (const uint64_t i : {1, 2, 3}) {
+        ASSERT_EQ(disk.find(name(i)).size(), 1u);
+        Page back;
+        EXPECT_TRUE(disk.read(disk.find(name(i))[0], m_program, back));
+        EXPECT_EQ(back.words, page(uint32_t(i), 16).words);
+    }
+    ASSERT_EQ(disk.find(name(4)).size(), 1u);
+    EXPECT_TRUE(disk.find(name(4))[0].empty);
+    EXPECT_EQ(warnings(), 0u);
+}
+
+TEST_F(Stored, WhatIsDamagedIsNotCompressed) {
+    write({1, 2});
     const fs::path path = packs().at(0);
-    std::string intact;
     {
-        std::ifstream in(path, std::ios::binary);
-        intact.assign(std::istreambuf_iterator<char>(in), {});
+        std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+        file.seekp(300);
+        file.put('!');
     }
-    const auto put = [&](const std::string& bytes) {
-        std::ofstream out(path, std::ios::binary | std::ios::trunc);
-        out << bytes;
-    };
-    const auto both_or_one = [&](size_t at) {
-        Journal journal;
-        DiskStore disk(settings(), journal);
-        int back = 0;
-        for (const uint64_t i : {1, 2})
-            for (const StoredPage& stored : disk.find(name(i))) {
-                Page page_back;
-                if (disk.read(stored, m_program, page_back)) {
-                    EXPECT_EQ(page_back.words, page(uint32_t(i), 1).words) << at;
-                    back++;
-                }
-            }
-        return back;
-    };
-    int found = 0;
-    for (size_t i = 0; i < intact.size(); i++) {
-        std::string damaged = intact;
-        damaged[i] = char(damaged[i] ^ (i % 3 == 0 ? 0xff : 1 << (i % 8)));
-        put(damaged);
-        const int back = both_or_one(i);
-        EXPECT_LE(back, 2);
-        found += back < 2;
-    }
-    // All but what pads pages to whole rows.
-    EXPECT_GT(found, int(intact.size()) - 2 * int(PageAlignmentOnDisk));
-    for (size_t length = 0; length < intact.size(); length++) {
-        put(intact.substr(0, length));
-        EXPECT_EQ(both_or_one(length), 0) << length;
-    }
-    put(intact);
-    EXPECT_EQ(both_or_one(0), 2);
-    put("something else altogether, and longer than a header and a footer are: of no use to anybody at all. "
-        "It goes on for a while.");
-    EXPECT_EQ(both_or_one(0), 0);
+    EXPECT_EQ(compress_store(settings().folder, 0).packs, 0u);
+    EXPECT_EQ(packs(), std::vector<fs::path>{path});
+    EXPECT_THROW(compress_store(m_folder + "/nothing", 0), Error);
+}
+
+TEST(Compress, GivesBackWhatItTook) {
+    std::vector<uint32_t> words(1000);
+    for (size_t i = 0; i < words.size(); i++)
+        words[i] = std::bit_cast<uint32_t>(1 + 0.001f * float(i));
+    const std::vector<char> packed = compress(words);
+    ASSERT_FALSE(packed.empty());
+    EXPECT_LT(packed.size(), 3000u);
+    std::vector<uint32_t> back(1000), other(999);
+    EXPECT_TRUE(decompress(packed, back));
+    EXPECT_EQ(back, words);
+    EXPECT_FALSE(decompress(packed, other));
+    EXPECT_FALSE(decompress({packed.data(), packed.size() / 2}, back));
+    EXPECT_TRUE(
+        compress(std::vector<uint32_t>(1 << 20)).empty()); // a megabyte of zeros: nobody would believe it
 }
 
 TEST_F(Stored, ADamagedPackIsToldAndRemoved) {

@@ -1,5 +1,6 @@
 #include "store/pack.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -9,6 +10,7 @@
 #define XXH_INLINE_ALL // no library is needed where this runs
 #include <xxhash.h>
 
+#include "store/compress.h"
 #include "store/page_check.h"
 
 namespace kanuka::store {
@@ -101,8 +103,10 @@ void PackReader::open() {
     }
     size_t text = 0;
     for (const PackEntry& e : entries) {
-        if (e.at > footer.index_at || uint64_t(e.words) * 4 > footer.index_at - e.at ||
-            e.reads_size > texts.size() - text || (e.words == 0) != (e.empty != 0)) {
+        const uint64_t bytes = uint64_t(e.words) * 4;
+        if (e.at > footer.index_at || e.bytes > footer.index_at - e.at || e.bytes > bytes ||
+            bytes > e.bytes * MostCompressed || e.reads_size > texts.size() - text ||
+            (e.words == 0) != (e.empty != 0)) {
             m_problem = "its index does not fit";
             m_index.clear();
             return;
@@ -111,7 +115,7 @@ void PackReader::open() {
         page.content = digest_in(e.content), page.of_read = digest_in(e.of_read);
         page.palette = digest_in(e.palette);
         page.spectra = e.spectra, page.empty = e.empty != 0;
-        page.words = e.words, page.at = e.at;
+        page.words = e.words, page.at = e.at, page.bytes = e.bytes;
         page.reads = texts.substr(text, e.reads_size);
         text += e.reads_size;
         m_index.push_back(std::move(page));
@@ -120,7 +124,15 @@ void PackReader::open() {
 
 bool PackReader::read(const StoredPage& stored, Page& page) const {
     page.words.resize(stored.words);
-    return read(page.words.data(), uint64_t(stored.words) * 4, stored.at);
+    if (!stored.is_compressed())
+        return read(page.words.data(), stored.bytes, stored.at);
+    // What cannot be unpacked is left zero, which no checksum fits.
+    std::vector<char> packed(stored.bytes);
+    if (!read(packed.data(), stored.bytes, stored.at))
+        return false;
+    if (!decompress(packed, {page.words.data(), page.words.size()}))
+        std::fill(page.words.begin(), page.words.end(), 0);
+    return true;
 }
 
 void PackReader::touch() {
@@ -165,7 +177,7 @@ bool PackWriter::put(const void* data, size_t bytes) {
     return true;
 }
 
-bool PackWriter::write(const StoredPage& stored, const Page& page) {
+bool PackWriter::write(const StoredPage& stored, const Page& page, bool compresses) {
     static constexpr char Zeros[PageAlignmentOnDisk] = {};
     if (!put(Zeros, size_t(-m_at % PageAlignmentOnDisk)))
         return false;
@@ -178,13 +190,24 @@ bool PackWriter::write(const StoredPage& stored, const Page& page) {
     e.spectra = stored.spectra;
     e.reads_size = uint32_t(stored.reads.size());
     e.empty = page.words.empty();
-    m_entries.push_back(e);
     m_texts += stored.reads;
-    if (page.words.empty())
+    if (page.words.empty()) {
+        m_entries.push_back(e);
         return true;
+    }
     PageHeader header = page.header();
     kanuka::store::put(stored.content, header.key);
     header.checksum = store::checksum_of(header, page);
+    std::vector<char> packed;
+    if (compresses) {
+        Page whole = page;
+        whole.header() = header;
+        packed = compress({whole.words.data(), whole.words.size()});
+    }
+    e.bytes = packed.empty() ? uint64_t(e.words) * 4 : packed.size();
+    m_entries.push_back(e);
+    if (!packed.empty())
+        return put(packed);
     constexpr size_t HeaderWords = sizeof header / 4;
     return put(&header, sizeof header) &&
            put(page.words.data() + HeaderWords, (page.words.size() - HeaderWords) * 4);

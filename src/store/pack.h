@@ -16,7 +16,7 @@
 namespace kanuka::store {
 
 inline constexpr const char *PackSuffix = ".kpack", *UnfinishedSuffix = ".unfinished";
-inline constexpr uint32_t PackMagic = 0x4b41504b, PackVersion = 1; // "KPAK"
+inline constexpr uint32_t PackMagic = 0x4b41504b, PackVersion = 2; // "KPAK"
 
 // Little-endian, as all of it.
 struct PackHeader {
@@ -30,13 +30,14 @@ struct PackEntry {
     uint32_t words;                              // of the page; 0 = empty
     uint32_t spectra;
     uint32_t reads_size, empty; // reads_size: bytes of its text, which follow those of the entries before it
+    uint64_t bytes;             // of the page in the file: fewer than those of its words = compress()
 };
 struct PackFooter {
     uint32_t magic, version;
     uint64_t index_at, entries, texts_size;
     uint64_t checksum; // xxh3 of header, entries and texts
 };
-static_assert(sizeof(PackHeader) == 64 && sizeof(PackEntry) == 72 && sizeof(PackFooter) == 40);
+static_assert(sizeof(PackHeader) == 64 && sizeof(PackEntry) == 80 && sizeof(PackFooter) == 40);
 inline constexpr uint64_t PageAlignmentOnDisk = 64; // bytes
 
 // Thread safety: read() and touch() may run at the same time.
@@ -76,7 +77,7 @@ class PackWriter {
     PackWriter(const std::string& folder, const Digest& build);
     ~PackWriter(); // what is not closed is removed
 
-    bool write(const StoredPage& stored, const Page& page); // false: problem()
+    bool write(const StoredPage& stored, const Page& page, bool compresses = false); // false: problem()
     // The path under which it is found from now on; empty: problem().
     std::string close();
     uint64_t bytes() const { return m_at; }
@@ -84,6 +85,7 @@ class PackWriter {
 
   private:
     bool put(const void* data, size_t bytes);
+    bool put(const std::vector<char>& data) { return put(data.data(), data.size()); }
     bool fail(const char* doing);
 
     std::string m_folder, m_path;

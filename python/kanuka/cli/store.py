@@ -27,6 +27,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     for name, text, run in (
         ("info", "what is there: packs, pages, bytes, last uses", run_info),
         ("verify", "read every page and check it; renders make broken ones again", run_verify),
+        ("compress", "make packs smaller that were not used for a while; renders read them as before", run_compress),
         ("prune", "delete the packs that were not used for longest, down to a size", run_prune),
     ):
         action = actions.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
@@ -34,6 +35,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         action.add_argument("--json", action="store_true", help="print JSON")
         if name == "prune":
             action.add_argument("--size", type=size, metavar="SIZE", required=True, help="as 500M or 20G; 0: all")
+        if name == "compress":
+            action.add_argument(
+                "--idle", type=float, default=24, metavar="HOURS", help="not used for so long; default: 24"
+            )
         action.set_defaults(run=run)
 
 
@@ -74,6 +79,15 @@ def run_verify(arguments: argparse.Namespace) -> int:
             print(f"{pack['file']}: {pack['problem']}")
         print(f"{summary(packs)}, {len(broken)} of {len(packs)} packs broken")
     return ExitCode.ERRORS if broken else ExitCode.OK
+
+
+def run_compress(arguments: argparse.Namespace) -> int:
+    chosen = folder(arguments)
+    done = kanuka.store_compress(chosen, idle_s=3600 * arguments.idle)
+    sizes = f"{bytes_text(done['bytes_before'])} are now {bytes_text(done['bytes_after'])}"
+    text = f"{done['packs']} packs compressed" + (f": {sizes}" if done["packs"] else "")
+    print(json.dumps({"folder": chosen, **done}) if arguments.json else text)
+    return ExitCode.OK
 
 
 def run_prune(arguments: argparse.Namespace) -> int:
