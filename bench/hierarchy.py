@@ -28,7 +28,7 @@ def measure(settings: Settings, scene: str, say: Say) -> Found:
         others = {
             line["tracer"]: vars(intervals.of_ratio(ours["ns"], line["ns"]))
             for line in traced
-            if line["rays"] == ours["rays"] and line["tracer"] != OURS
+            if line["rays"] == ours["rays"] and line["tracer"].startswith("Embree")
         }
         made["rays"].append({"name": ours["rays"], "ns": statistics.median(ours["ns"]), "against": others})
         say(

@@ -20,6 +20,7 @@
 
 #include "base/cpu.h"
 #include "hierarchy/decode.h"
+#include "hierarchy/queue.h"
 #include "hierarchy/test_oracle.h"
 #include "hierarchy/trace.h"
 
@@ -160,7 +161,7 @@ size_t trace_peer(RTCScene scene, const std::vector<Ray>& rays, bool any) {
     return hits;
 }
 
-size_t trace_peer_packets(RTCScene scene, const std::vector<Ray>& rays) {
+size_t trace_peer_packets(RTCScene scene, const std::vector<Ray>& rays, bool any) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
@@ -174,9 +175,12 @@ size_t trace_peer_packets(RTCScene scene, const std::vector<Ray>& rays) {
             e.ray.dir_x[k] = r.d.x, e.ray.dir_y[k] = r.d.y, e.ray.dir_z[k] = r.d.z, e.ray.tfar[k] = r.t_max;
             e.ray.mask[k] = ~0u, e.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
         }
-        rtcIntersect8(valid, scene, &context, &e);
+        if (any)
+            rtcOccluded8(valid, scene, &context, &e.ray);
+        else
+            rtcIntersect8(valid, scene, &context, &e);
         for (int k = 0; k < 8; k++)
-            hits += e.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
+            hits += any ? e.ray.tfar[k] < 0 : e.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
     }
     return hits;
 }
@@ -192,7 +196,8 @@ std::vector<RaySet> make_rays(const BenchScene& s, const Page& page, int count) 
     std::vector<RaySet> sets{{"camera", false, true, {}},
                              {"bounce 1", false, false, {}},
                              {"bounce 2", false, false, {}},
-                             {"shadow", true, false, {}}};
+                             {"shadow", true, false, {}},
+                             {"camera's shadow", true, true, {}}};
     Random random(1);
     const Vec3f f = normalize(s.at - s.eye), x = normalize(cross(f, Vec3f(0, 1, 0))), y = cross(x, f);
     const int side = std::max(4, int(std::sqrt(double(count))) / 4 * 4);
@@ -220,6 +225,8 @@ std::vector<RaySet> make_rays(const BenchScene& s, const Page& page, int count) 
             const Vec3f to = s.light + s.light_u * random.uniform() + s.light_v * random.uniform() - p;
             if (dot(to, n) > 0)
                 sets[3].rays.push_back({p, 0, to, 0.9999f});
+            if (dot(to, n) > 0 && level == 0)
+                sets[4].rays.push_back({p, 0, to, 0.9999f});
         }
     }
     for (RaySet& r : sets)
@@ -296,6 +303,18 @@ void add_ours(std::vector<Tracer>& tracers, const char* name, const Page& page,
                            }
                            return n;
                        }});
+}
+
+// What packets are worth: each ray by itself.
+void closest_alone(const Page& page, std::span<const Ray> rays, std::span<Hit> hits) {
+    EverythingIsThere all;
+    RayQueue<8, Query::Closest, EverythingIsThere>(page, rays, all)
+        .run_alone([&](size_t i, const Hit& h, const InstancePath&) { hits[i] = h; });
+}
+void occluded_alone(const Page& page, std::span<const Ray> rays, std::span<uint8_t> hidden) {
+    EverythingIsThere all;
+    RayQueue<8, Query::Any, EverythingIsThere>(page, rays, all)
+        .run_alone([&](size_t i, const Hit& h, const InstancePath&) { hidden[i] = h.found(); });
 }
 
 void compare(const std::vector<Tracer>& tracers, const std::vector<RaySet>& sets, const Options& o) {
@@ -392,6 +411,7 @@ int main(int argc, char** argv) {
 
     std::vector<Tracer> tracers;
     add_ours(tracers, "pages, 8 lanes", page, closest_w8, occluded_w8);
+    add_ours(tracers, "pages, rays alone", page, closest_alone, occluded_alone);
 #ifdef KANUKA_HIERARCHY_AVX512
     if (has_avx512())
         add_ours(tracers, "pages, AVX-512", page, closest_avx512, occluded_avx512);
@@ -408,7 +428,7 @@ int main(int argc, char** argv) {
         tell(p.name.c_str(), double(p.bytes) / primitives, double(vertices.positions.size() * 4) / primitives,
              p.ms);
         tracers.push_back({p.name, [scene = p.scene](const RaySet& r) {
-                               return r.coherent ? trace_peer_packets(scene, r.rays)
+                               return r.coherent ? trace_peer_packets(scene, r.rays, r.any)
                                                  : trace_peer(scene, r.rays, r.any);
                            }});
     }

@@ -24,19 +24,30 @@ struct Rays {
     }
 };
 
+// Batches have rows of sixteen pixels: of those, rays four by four run side by side better than sixteen by
+// one.
+constexpr uint32_t Row = 16, Tile = 4;
+uint32_t by_tiles(uint32_t n) {
+    const uint32_t x = n / (Tile * Tile) % (Row / Tile) * Tile + n % Tile,
+                   y = n / (Row * Tile) * Tile + n / Tile % Tile;
+    return y * Row + x;
+}
+
 template <int W>
 void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool beholders) {
-    for (size_t p = 0; p < packets.size(); p++) {
-        const RayPacket<W>& r = packets[p];
-        for (uint32_t bits = r.active.bits(); bits; bits &= bits - 1) {
-            const int i = __builtin_ctz(bits);
-            to.rays.push_back(
-                {{r.o.x[i], r.o.y[i], r.o.z[i]}, r.t_min[i], {r.d.x[i], r.d.y[i], r.d.z[i]}, r.t_max[i]});
-            to.lanes.push_back(uint32_t(p) * W + uint32_t(i));
-            if (beholders)
-                to.beholders.push_back(
-                    {r.seed[i], r.passes[i], r.camera[i], r.level[i], r.passages ? r.passages + i : nullptr});
-        }
+    const uint32_t count = uint32_t(packets.size()) * W, in_tiles = count / (Row * Tile) * (Row * Tile);
+    for (uint32_t n = 0; n < count; n++) {
+        const uint32_t lane = n < in_tiles ? by_tiles(n) : n;
+        const int i = int(lane % W);
+        if (!packets[lane / W].active[i])
+            continue;
+        const RayPacket<W>& r = packets[lane / W];
+        to.rays.push_back(
+            {{r.o.x[i], r.o.y[i], r.o.z[i]}, r.t_min[i], {r.d.x[i], r.d.y[i], r.d.z[i]}, r.t_max[i]});
+        to.lanes.push_back(lane);
+        if (beholders)
+            to.beholders.push_back(
+                {r.seed[i], r.passes[i], r.camera[i], r.level[i], r.passages ? r.passages + i : nullptr});
     }
 }
 

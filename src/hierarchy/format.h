@@ -70,6 +70,7 @@ struct Children {
         return {Kind(word >> KindShift), int(word >> CountShift & 7) + 1,
                 (word & GroupMask) * uint32_t(GroupUnits)};
     }
+    Ref ref(uint32_t place) const; // of a child
     uint32_t word() const {
         return uint32_t(kind) << KindShift | uint32_t(count - 1) << CountShift |
                offset / uint32_t(GroupUnits);
@@ -131,6 +132,9 @@ static_assert(sizeof(Triangle48) == 160);
 
 // Units from a child to the next, by kind.
 inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 0, 4};
+inline Ref Children::ref(uint32_t place) const {
+    return uint32_t(kind) << KindShift | (offset + place * UnitsOf[uint32_t(kind)]);
+}
 static_assert(UnitsOf[int(Kind::Nodes)] * UnitBytes == sizeof(Node));
 static_assert(UnitsOf[int(Kind::Grid32)] * UnitBytes == sizeof(Grid32));
 static_assert(UnitsOf[int(Kind::Grid48)] * UnitBytes == sizeof(Grid48));

@@ -118,8 +118,9 @@ inline Int<8> two_fours_of_16_bits(const uint16_t* first, const uint16_t* second
     return Int<8>((NativeLanes<8>::I)_mm256_cvtepu16_epi32(both));
 }
 
-// A reader is told an axis, and then decodes vertices less the ray's origin, which is rounded once: so it
-// does not matter which kind of leaf a vertex is in. `pair` is any two places where four vertices begin.
+// A reader is told an axis, and reads vertices in steps of the lattice; and from those where they are less
+// the ray's origin, which is rounded once: so it does not matter which kind of leaf a vertex is in. `pair` is
+// any two places where four vertices begin.
 class Reader32 {
   public:
     explicit Reader32(const Grid32& leaf)
@@ -130,10 +131,12 @@ class Reader32 {
         return two_fours(m_leaf.vertex + first, m_leaf.vertex + second);
     }
     template <int W>
-    Float<W> decode(int axis, Int<W> raw, float o) const {
+    Float<W> steps(int axis, Int<W> raw) const {
         const Float<W> field = Float<W>(raw & Int<W>(m_fields.mask[axis]));
-        const Float<W> steps =
-            fma(field, Float<W>(m_fields.scale[axis]), Float<W>(float(m_leaf.frame[axis] >> 8)));
+        return fma(field, Float<W>(m_fields.scale[axis]), Float<W>(float(m_leaf.frame[axis] >> 8)));
+    }
+    template <int W>
+    Float<W> place(Float<W> steps, float o) const {
         return fma(steps, Float<W>(m_unit), Float<W>(-o));
     }
 
@@ -152,8 +155,11 @@ class Reader48 {
         return two_fours_of_16_bits(m_leaf.coordinate[axis] + first, m_leaf.coordinate[axis] + second);
     }
     template <int W>
-    Float<W> decode(int axis, Int<W> raw, float o) const {
-        const Float<W> steps = Float<W>(raw) + Float<W>(float(m_leaf.frame[axis] >> 8));
+    Float<W> steps(int axis, Int<W> raw) const {
+        return Float<W>(raw) + Float<W>(float(m_leaf.frame[axis] >> 8));
+    }
+    template <int W>
+    Float<W> place(Float<W> steps, float o) const {
         return fma(steps, Float<W>(m_unit), Float<W>(-o));
     }
 
@@ -170,39 +176,91 @@ class ReaderFloat {
         return two_fours(m_leaf.coordinate[axis] + first, m_leaf.coordinate[axis] + second);
     }
     template <int W>
-    Float<W> decode(int, Int<W> raw, float o) const {
-        return bitcast_float(raw) - Float<W>(o);
+    Float<W> steps(int, Int<W> raw) const {
+        return bitcast_float(raw);
+    }
+    template <int W>
+    Float<W> place(Float<W> steps, float o) const {
+        return steps - Float<W>(o);
     }
 
   private:
     const GridFloat& m_leaf;
 };
 
-// ---- the cells of a leaf
-// Cells are W at once, from row to row; a strip is W / 4 rows of them. Along an axis, `left` has the vertices
-// at the cells' left sides, `right` at their right sides, `last` those of the last row of all, four and four.
-template <int W>
-class GridCells {
+// ---- the vertices of a leaf, along an axis
+// Cells are W at once, from row to row; a strip is W / 4 rows of them. `left` has the vertices at the cells'
+// left sides, `right` at their right sides, `last` those of the last row of all, four and four.
+template <int W, class Reader>
+class GridVertices {
   public:
     static constexpr int Strips = 16 / W, StripRows = W / 4;
 
-    template <class Reader>
-    GridCells(const Reader& reader, const TracedRay& ray) {
+    explicit GridVertices(const Reader& reader) : m_reader(reader) {}
+    uint32_t shape() const { return m_reader.shape(); }
+    Float<W> left(int axis, int s) const { return rows(axis, s * StripRows * LeafRow); }
+    Float<W> right(int axis, int s) const { return rows(axis, s * StripRows * LeafRow + 1); }
+    Float<8> last(int axis) const {
+        return m_reader.template steps<8>(axis, m_reader.pair(axis, 4 * LeafRow, 4 * LeafRow + 1));
+    }
+    template <int V>
+    Float<V> place(Float<V> steps, float o) const {
+        return m_reader.place(steps, o);
+    }
+
+  private:
+    Float<W> rows(int axis, int from) const {
+        return m_reader.template steps<W>(axis, join_rows<W>([&](int row) {
+                                              const int at = from + row * LeafRow;
+                                              return m_reader.pair(axis, at, at + LeafRow);
+                                          }));
+    }
+    const Reader m_reader;
+};
+// The same, read once for many rays.
+template <int W, class Reader>
+class KeptGridVertices {
+    using Vertices = GridVertices<W, Reader>;
+
+  public:
+    explicit KeptGridVertices(const Reader& reader) : m_vertices(reader) {
+        for (int a = 0; a < 3; a++) {
+            for (int s = 0; s < Vertices::Strips; s++)
+                m_left[a][s] = m_vertices.left(a, s), m_right[a][s] = m_vertices.right(a, s);
+            m_last[a] = m_vertices.last(a);
+        }
+    }
+    uint32_t shape() const { return m_vertices.shape(); }
+    Float<W> left(int axis, int s) const { return m_left[axis][s]; }
+    Float<W> right(int axis, int s) const { return m_right[axis][s]; }
+    Float<8> last(int axis) const { return m_last[axis]; }
+    template <int V>
+    Float<V> place(Float<V> steps, float o) const {
+        return m_vertices.place(steps, o);
+    }
+
+  private:
+    const Vertices m_vertices;
+    Float<W> m_left[3][Vertices::Strips], m_right[3][Vertices::Strips];
+    Float<8> m_last[3];
+};
+
+// ---- the cells of a leaf, as a ray sees them
+template <int W>
+class GridCells {
+  public:
+    static constexpr int Strips = 16 / W;
+
+    template <class Vertices>
+    GridCells(const Vertices& vertices, const TracedRay& ray) {
         for (int k = 0; k < 3; k++) {
             const int axis = ray.axis[k];
             const float o = ray.o[axis];
-            const auto rows = [&](int from) {
-                return reader.template decode<W>(axis, join_rows<W>([&](int row) {
-                                                     const int at = from + row * LeafRow;
-                                                     return reader.pair(axis, at, at + LeafRow);
-                                                 }),
-                                                 o);
-            };
             for (int s = 0; s < Strips; s++) {
-                m_left[k][s] = rows(s * StripRows * LeafRow);
-                m_right[k][s] = rows(s * StripRows * LeafRow + 1);
+                m_left[k][s] = vertices.place(vertices.left(axis, s), o);
+                m_right[k][s] = vertices.place(vertices.right(axis, s), o);
             }
-            m_last[k] = reader.template decode<8>(axis, reader.pair(axis, 4 * LeafRow, 4 * LeafRow + 1), o);
+            m_last[k] = vertices.place(vertices.last(axis), o);
         }
         for (int k = 0; k < 2; k++) {
             const Float<W> minus_slope(ray.minus_slope[k]);
@@ -274,10 +332,10 @@ inline constexpr ShapeTable shape_table;
 
 // Offers to `found` whatever the ray hits: found(primitive, t, u, v), which answers whether that ends the
 // leaf. Returns that too.
-template <int W, class Reader, class Found>
-bool trace_grid_leaf(const Reader& reader, const TracedRay& ray, Found&& found) {
-    const GridCells<W> cells(reader, ray);
-    const uint32_t present = shape_table.cells[reader.shape()];
+template <int W, class Vertices, class Found>
+bool trace_grid_leaf(const Vertices& vertices, const TracedRay& ray, Found&& found) {
+    const GridCells<W> cells(vertices, ray);
+    const uint32_t present = shape_table.cells[vertices.shape()];
     alignas(64) float t[W], u[W], v[W];
     const auto offer = [&](const Depths<W>& depths, int strip, int second) {
         depths.t.store(t), depths.u.store(u), depths.v.store(v);

@@ -7,6 +7,8 @@
 // Each ray visits what it would visit alone, in the same order: what is found does not depend on its
 // neighbours.
 //
+// Rays that run side by side are taken out before, and go together (packet.h).
+//
 // Where pages stand as instances (world.h) a leaf may be a place of another page: the ray goes on in that,
 // made anew for it, on the same stack, and comes back when it has seen all of it.
 #pragma once
@@ -17,94 +19,14 @@
 #include <tuple>
 
 #include "hierarchy/instances.h"
-#include "hierarchy/leaf_lanes.h"
+#include "hierarchy/leaves.h"
+#include "hierarchy/node_lanes.h"
+#include "hierarchy/packet.h"
 #include "hierarchy/page.h"
 #include "hierarchy/ray.h"
-#include "hierarchy/triangle_lanes.h"
 #include "hierarchy/world.h"
 
 namespace kanuka::hierarchy {
-
-// A hit that would be the closest so far.
-struct Candidate {
-    size_t ray;       // its number
-    const Page& page; // that the hit lies in,
-    const Ray& here;  // the ray as it runs there,
-    const Hit& hit;
-    const InstancePath& path; // and how it came there
-};
-// What a ray may hit. Whoever asks gives an object like this one: accepts() is called in no particular order;
-// what it refuses is not there for the ray.
-struct EverythingIsThere {
-    static constexpr bool Filters = false;
-    bool accepts(const Candidate&) const { return true; }
-};
-
-// Largest first: a bitonic network [Batcher 1968].
-[[gnu::always_inline]] inline __m256i sort_down(__m256i v) {
-    const auto stage = [&v](__m256i partner, auto larger) { // lanes that take the larger one
-        v = _mm256_blend_epi32(_mm256_min_epi32(v, partner), _mm256_max_epi32(v, partner),
-                               decltype(larger)::value);
-    };
-    const auto by_1 = [&] { return _mm256_shuffle_epi32(v, 0xb1); };
-    const auto by_2 = [&] { return _mm256_shuffle_epi32(v, 0x4e); };
-    stage(by_1(), std::integral_constant<int, 0b10011001>());
-    stage(by_2(), std::integral_constant<int, 0b11000011>());
-    stage(by_1(), std::integral_constant<int, 0b10100101>());
-    stage(_mm256_permute4x64_epi64(v, 0x4e), std::integral_constant<int, 0b00001111>());
-    stage(by_2(), std::integral_constant<int, 0b00110011>());
-    stage(by_1(), std::integral_constant<int, 0b01010101>());
-    return v;
-}
-
-// The children of a node that a ray enters, from the far ones to the near: the distance as a float's bits,
-// whose last three are the child's place in the node; 0 = no child.
-struct Entered {
-    __m256i keys;
-    int count;
-};
-// A plane q lies at distance ((origin + q) step - o) / d = q scale + shift along the ray. The error of the
-// shift is relative to that itself, so to the distance and to the width of the node: hence two margins.
-[[gnu::always_inline]] inline Entered enter_children(const Node& node, const TracedRay& ray) {
-    const uint8_t* const planes = node.plane[0][0];
-    const __m128i frame = _mm_load_si128(reinterpret_cast<const __m128i*>(node.frame)); // and the children
-    const __m128 origin = _mm_cvtepi32_ps(_mm_srai_epi32(frame, 8));                    // signed
-    const __m128 step = _mm_castsi128_ps(_mm_slli_epi32(_mm_and_si128(frame, _mm_set1_epi32(255)), 23));
-    const __m128 per_d = _mm_load_ps(ray.per_d);
-    const __m128 scale_of = _mm_mul_ps(step, per_d),
-                 shift = _mm_mul_ps(_mm_fmsub_ps(origin, step, _mm_load_ps(ray.o)), per_d);
-    const __m128 margin =
-        _mm_mul_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), scale_of), _mm_set1_ps(TracedRay::StepMargin));
-    alignas(16) float scale[4], near_shift[4], far_shift[4];
-    _mm_store_ps(scale, scale_of);
-    _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
-    _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
-    const auto eight = [](const uint8_t* p) {
-        return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
-    };
-    const auto enter = [&](int a) {
-        return _mm256_fmadd_ps(eight(planes + ray.near_plane[a]), _mm256_broadcast_ss(scale + a),
-                               _mm256_broadcast_ss(near_shift + a));
-    };
-    const auto leave = [&](int a) {
-        return _mm256_fmadd_ps(eight(planes + ray.far_plane[a]), _mm256_broadcast_ss(scale + a),
-                               _mm256_broadcast_ss(far_shift + a));
-    };
-    const __m256 first = _mm256_max_ps(_mm256_max_ps(enter(0), enter(1)),
-                                       _mm256_max_ps(enter(2), _mm256_broadcast_ss(&ray.t_min)));
-    const __m256 last = _mm256_min_ps(_mm256_min_ps(leave(0), leave(1)),
-                                      _mm256_min_ps(leave(2), _mm256_broadcast_ss(&ray.t_max)));
-    const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
-    const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    const __m256i is_there =
-        _mm256_cmpgt_epi32(_mm256_set1_epi32(int(node.children >> Children::CountShift & 7) + 1), lane);
-    const __m256 entered = _mm256_and_ps(_mm256_cmp_ps(t, end, _CMP_LE_OQ), _mm256_castsi256_ps(is_there));
-    const __m256i key =
-        _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(t)), lane);
-    return {sort_down(_mm256_and_si256(key, _mm256_castps_si256(entered))),
-            __builtin_popcount(unsigned(_mm256_movemask_ps(entered)))};
-}
 
 // What a ray has yet to look at, the nearest on top: in the page that it is in, above what it has left to do
 // in those around it.
@@ -128,14 +50,9 @@ class Stack {
 
     // Eight are written where fewer are pushed.
     void push(const Node& node, const Entered& entered) {
-        const Children c = Children::of(node.children);
-        const __m256i place = _mm256_and_si256(entered.keys, _mm256_set1_epi32(7));
-        const __m256i refs =
-            _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(UnitsOf[uint32_t(c.kind)]))),
-                             _mm256_set1_epi32(int(uint32_t(c.kind) << KindShift | c.offset)));
         // With the places, distances are too large by less than their margin.
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + m_size), entered.keys);
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs);
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs_of(node, entered));
         m_size += entered.count;
     }
     // Takes out what begins behind the closest hit.
@@ -185,8 +102,6 @@ struct Nest {
 template <>
 struct Nest<1> {};
 
-enum class Query { Closest, Any };
-
 // Levels: how deep pages may stand in pages, themselves counted.
 template <int W, Query Asked, class Filter, int Levels = 1>
 class RayQueue {
@@ -198,9 +113,28 @@ class RayQueue {
         : m_root(root), m_pages(pages), m_rays(rays), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each, in the order in which they end. Of Query::Any the hit is
-    // any.
+    // any. What runs side by side goes together, where no instances are.
     template <class Done>
     void run(Done&& done) {
+        if (Levels > 1 || m_root.header().root == NoRef)
+            return run_alone(done);
+        RayGroups& groups = RayGroups::of_thread();
+        groups.sort(m_rays, m_root.bounds().hi - m_root.bounds().lo);
+        m_alone = groups.alone();
+        trace_alone(done);
+        if (!groups.packets().empty())
+            PacketQueue<W, Asked, Filter>(m_root, m_rays, m_filter).run(groups.packets(), done);
+    }
+    // The same hits, each ray by itself.
+    template <class Done>
+    void run_alone(Done&& done) {
+        m_alone = RayGroups::of_thread().all(m_rays.size());
+        trace_alone(done);
+    }
+
+  private:
+    template <class Done>
+    void trace_alone(Done& done) {
         Waiting lists[2];
         Waiting *now = lists, *then = lists + 1;
         m_next = 0;
@@ -224,7 +158,6 @@ class RayQueue {
         }
     }
 
-  private:
     struct alignas(64) Slot {
         TracedRay ray;
         Hit hit;
@@ -270,21 +203,22 @@ class RayQueue {
     template <class Done>
     bool start(Slot& s, Done& done) {
         const Ref root = m_root.header().root;
-        for (; m_next < m_rays.size(); m_next++) {
-            s.ray = TracedRay(m_rays[m_next]);
+        while (m_next < m_alone.size()) {
+            const uint32_t number = m_alone[m_next++];
+            const Ray& ray = m_rays[number];
+            s.ray = TracedRay(ray);
             s.hit = {};
-            s.hit.t = m_rays[m_next].t_max;
-            s.number = m_next;
+            s.hit.t = ray.t_max;
+            s.number = number;
             if constexpr (Levels > 1) {
-                s.nest.page = m_root, s.nest.ray = m_rays[m_next];
+                s.nest.page = m_root, s.nest.ray = ray;
                 s.nest.at = s.nest.hit = {};
             }
             if (s.ray.traceable && root != NoRef) {
                 s.stack.start(root);
-                m_next++;
                 return true;
             }
-            done(m_next, s.hit, path_of_hit(s));
+            done(number, s.hit, path_of_hit(s));
         }
         return false;
     }
@@ -368,31 +302,10 @@ class RayQueue {
             closer = true;
             return Asked == Query::Any;
         };
-        switch (kind_of(leaf)) {
-        case Kind::Grid32:
-            trace_grid_leaf<W>(Reader32(page.at<Grid32>(leaf)), ray, found);
-            break;
-        case Kind::Grid48:
-            trace_grid_leaf<W>(Reader48(page.at<Grid48>(leaf)), ray, found);
-            break;
-        case Kind::GridFloat:
-            trace_grid_leaf<W>(ReaderFloat(page.at<GridFloat>(leaf)), ray, found);
-            break;
-        case Kind::Triangle32:
-            trace_triangle_leaf(TriangleReader32(page.at<Triangle32>(leaf)), ray, found);
-            break;
-        case Kind::Triangle48:
-            trace_triangle_leaf(TriangleReader48(page.at<Triangle48>(leaf)), ray, found);
-            break;
-        case Kind::TriangleFloat:
-            trace_triangle_leaf(TriangleReaderFloat(page.at<TriangleFloat>(leaf)), ray, found);
-            break;
-        case Kind::Instance:
+        if (Levels > 1 && kind_of(leaf) == Kind::Instance)
             enter(s, page.at<InstanceLeaf>(leaf));
-            break;
-        default:
-            break;
-        }
+        else
+            read_leaf<W, false>(page, leaf, [&](const auto& content) { trace_leaf<W>(content, ray, found); });
         if (!closer)
             return;
         if (Asked == Query::Any) {
@@ -409,6 +322,7 @@ class RayQueue {
     std::span<const Ray> m_rays;
     Filter& m_filter;
     size_t m_next = 0;
+    std::span<const uint32_t> m_alone;
 };
 
 // Closest hits, and whether there is any.

@@ -1,0 +1,96 @@
+// A node's eight children against one ray: those that it enters, and in which order.
+#pragma once
+
+#include <type_traits>
+
+#include "hierarchy/ray.h"
+
+namespace kanuka::hierarchy {
+
+// Largest first: a bitonic network [Batcher 1968].
+[[gnu::always_inline]] inline __m256i sort_down(__m256i v) {
+    const auto stage = [&v](__m256i partner, auto larger) { // lanes that take the larger one
+        v = _mm256_blend_epi32(_mm256_min_epi32(v, partner), _mm256_max_epi32(v, partner),
+                               decltype(larger)::value);
+    };
+    const auto by_1 = [&] { return _mm256_shuffle_epi32(v, 0xb1); };
+    const auto by_2 = [&] { return _mm256_shuffle_epi32(v, 0x4e); };
+    stage(by_1(), std::integral_constant<int, 0b10011001>());
+    stage(by_2(), std::integral_constant<int, 0b11000011>());
+    stage(by_1(), std::integral_constant<int, 0b10100101>());
+    stage(_mm256_permute4x64_epi64(v, 0x4e), std::integral_constant<int, 0b00001111>());
+    stage(by_2(), std::integral_constant<int, 0b00110011>());
+    stage(by_1(), std::integral_constant<int, 0b01010101>());
+    return v;
+}
+
+// The children of a node that a ray enters, from the far ones to the near: the distance as a float's bits,
+// whose last three are the child's place in the node; 0 = no child.
+struct Entered {
+    __m256i keys;
+    int count;
+};
+// Those that begin before they end.
+[[gnu::always_inline]] inline Entered sort_entered(const Node& node, __m256 t, __m256 end) {
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const __m256i is_there =
+        _mm256_cmpgt_epi32(_mm256_set1_epi32(int(node.children >> Children::CountShift & 7) + 1), lane);
+    const __m256 entered = _mm256_and_ps(_mm256_cmp_ps(t, end, _CMP_LE_OQ), _mm256_castsi256_ps(is_there));
+    const __m256i key =
+        _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(t)), lane);
+    return {sort_down(_mm256_and_si256(key, _mm256_castps_si256(entered))),
+            __builtin_popcount(unsigned(_mm256_movemask_ps(entered)))};
+}
+// Where the children of a node are.
+inline __m256i refs_of(const Node& node, const Entered& entered) {
+    const Children c = Children::of(node.children);
+    const __m256i place = _mm256_and_si256(entered.keys, _mm256_set1_epi32(7));
+    return _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(UnitsOf[uint32_t(c.kind)]))),
+                            _mm256_set1_epi32(int(c.ref(0))));
+}
+
+struct NodeFrame {
+    __m128 origin, step;
+    explicit NodeFrame(const Node& node) {
+        const __m128i frame =
+            _mm_load_si128(reinterpret_cast<const __m128i*>(node.frame)); // and the children
+        origin = _mm_cvtepi32_ps(_mm_srai_epi32(frame, 8));               // signed
+        step = _mm_castsi128_ps(_mm_slli_epi32(_mm_and_si128(frame, _mm_set1_epi32(255)), 23));
+    }
+};
+[[gnu::always_inline]] inline __m256 eight_planes(const uint8_t* p) {
+    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
+}
+
+// A plane q lies at distance ((origin + q) step - o) / d = q scale + shift along the ray. The error of the
+// shift is relative to that itself, so to the distance and to the width of the node: hence two margins.
+[[gnu::always_inline]] inline Entered enter_children(const Node& node, const TracedRay& ray) {
+    const uint8_t* const planes = node.plane[0][0];
+    const NodeFrame frame(node);
+    const __m128 per_d = _mm_load_ps(ray.per_d);
+    const __m128 scale_of = _mm_mul_ps(frame.step, per_d),
+                 shift = _mm_mul_ps(_mm_fmsub_ps(frame.origin, frame.step, _mm_load_ps(ray.o)), per_d);
+    const __m128 margin =
+        _mm_mul_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), scale_of), _mm_set1_ps(TracedRay::StepMargin));
+    alignas(16) float scale[4], near_shift[4], far_shift[4];
+    _mm_store_ps(scale, scale_of);
+    _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
+    _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
+    const auto enter = [&](int a) {
+        return _mm256_fmadd_ps(eight_planes(planes + ray.near_plane[a]), _mm256_broadcast_ss(scale + a),
+                               _mm256_broadcast_ss(near_shift + a));
+    };
+    const auto leave = [&](int a) {
+        return _mm256_fmadd_ps(eight_planes(planes + ray.far_plane[a]), _mm256_broadcast_ss(scale + a),
+                               _mm256_broadcast_ss(far_shift + a));
+    };
+    const __m256 first = _mm256_max_ps(_mm256_max_ps(enter(0), enter(1)),
+                                       _mm256_max_ps(enter(2), _mm256_broadcast_ss(&ray.t_min)));
+    const __m256 last = _mm256_min_ps(_mm256_min_ps(leave(0), leave(1)),
+                                      _mm256_min_ps(leave(2), _mm256_broadcast_ss(&ray.t_max)));
+    const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
+    const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
+    return sort_entered(node, t, end);
+}
+
+} // namespace kanuka::hierarchy
