@@ -113,7 +113,7 @@ class Scene {
         // Groups whose grids have so many cells lie in pages of our own, with all that is in them. Smaller
         // ones, which caches hold, Embree traces faster, and meshes alone it builds faster
         // (docs/hierarchy.md, "In the renderer").
-        uint64_t pages_from = uint64_t(1) << 23;
+        uint64_t pages_from = uint64_t(1) << 22;
     };
     // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.
     // Vertices of the store are moved to where pages have them.
