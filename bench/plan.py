@@ -12,6 +12,7 @@ import dicing
 import edits
 import hair
 import hierarchy
+import isles
 import lanes
 import lights
 import networks
@@ -80,6 +81,9 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
     made += [Part("edits", "", edits.measure, 60)]
     made += [Part("shots", scene, about(shots.measure, scene), 60, scene == "wood") for scene in shots.SCENES]
+    made += [
+        Part("isles", scene, about(isles.measure, scene), 300, scene in ("motu", "nested")) for scene in isles.SCENES
+    ]
     made += [Part("store", scene, about(storing.measure, scene), 60, scene == "shading") for scene in storing.SCENES]
     made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]
     made += [

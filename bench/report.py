@@ -59,6 +59,11 @@ HEADINGS = {
         "Shots",
         "A slow camera in a scene that stands still: all frames until rays can be traced, reading left out.",
     ),
+    "isles": (
+        "Instances upon instances",
+        "1024 × 429 pixels, five bounces. Read and the first picture are from the start; bytes an instance are the "
+        "difference to the same scene with one placement of each exemplar.",
+    ),
     "taken": ("Where it comes from", "Load: of the last minute, before and after; a renderer's own threads are in it."),
 }
 

@@ -40,10 +40,13 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--peer", action="append", choices=list(peers.RENDERERS)[1:], metavar="NAME")
     parser.add_argument("--rounds", type=int, default=0, help="of each renderer, in turn (6; quick: 3)")
     parser.add_argument("--threads", type=int, default=0, help="for every renderer; default: all cores")
+    parser.add_argument("--isle-scale", type=float, default=Settings.isle_scale, help="of isles/motu: 0.005 to 1 (0.1)")
     parser.add_argument("--again", action="store_true", help="also what is measured already")
     parser.add_argument("--list", action="store_true", help="show the parts, and measure nothing")
     parser.add_argument("-o", "--output", type=Path, help="folder of results.json and RESULTS.md")
     arguments = parser.parse_args()
+    if not 0.005 <= arguments.isle_scale <= 1:
+        parser.error("--isle-scale: from 0.005 to 1")
     if arguments.rounds < 0 or arguments.threads < 0:
         parser.error("--rounds and --threads: from 1 on")
     return arguments
@@ -95,7 +98,8 @@ def take(part: plan.Part, settings: Settings, results: Results, taken: dict[str,
 def main() -> int:
     arguments = parse()
     partial = bool(arguments.quick or arguments.scene or arguments.peer or arguments.measure or arguments.threads)
-    settings = Settings(arguments.quick, arguments.rounds or (3 if arguments.quick else 6), arguments.threads)
+    rounds = arguments.rounds or (3 if arguments.quick else 6)
+    settings = Settings(arguments.quick, rounds, arguments.threads, arguments.isle_scale)
     folder = arguments.output or (ROOT / "out" / "bench" if partial else ROOT / "bench")
     results = Results(folder / "results.json")
     taken = {

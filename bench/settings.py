@@ -23,6 +23,7 @@ class Settings:
     quick: bool = False
     rounds: int = 6
     threads: int = 0
+    isle_scale: float = 0.1  # of the island; 1 is 28 million instances
 
     @property
     def scale(self) -> float:

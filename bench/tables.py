@@ -352,6 +352,17 @@ def store(results: Results) -> str:
     return table(heads, rows)
 
 
+def isles(results: Results) -> str:
+    rows = []
+    for name, f in results.of("isles"):
+        what = f"{name}, scale {f['scale']:g}" if "scale" in f else name
+        each = f"{f['bytes_each']:.0f}" if "bytes_each" in f else ""
+        seconds = [show("_s", f[key]) for key in ("read_s", "first_picture_s", "sample_s")]
+        rows.append([what, f"{f['rows']:,}", *seconds, show("_bytes", f["peak_bytes"]), each])
+    heads = ["", "instances stored", "read", "first picture", "a sample", "peak memory", "bytes an instance"]
+    return table(heads, rows)
+
+
 def taken(results: Results) -> str:
     """Where each part comes from."""
     rows = []
@@ -390,6 +401,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         edits,
         shots,
         store,
+        isles,
         taken,
     )
 }

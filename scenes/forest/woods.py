@@ -208,9 +208,10 @@ def ground(sink: object, reach: float) -> int:
     for half, cells, lower in ((reach + 250, int(np.clip((reach + 250) / 2, 150, 900)), 0.0), (15_000.0, 240, 12.0)):
         axis = np.linspace(-half, half, cells + 1)
         x, z = np.meshgrid(axis, axis)
-        points = np.stack([x, height(x, z) - lower, z], axis=-1).reshape(-1, 3).astype(np.float32)
+        points = np.stack([x, height(x, z) - lower, z], axis=-1).astype(np.float32)
         faces = shapes.lattice_faces(cells + 1, cells + 1, over=True)
-        sink.mesh(points, faces, Look("floor"), normals=shapes.normals(points, faces), name=f"ground {cells}")
+        normals = shapes.lattice_normals(points)
+        sink.mesh(points.reshape(-1, 3), faces, Look("floor"), normals=normals, name=f"ground {cells}")
         quads += len(faces)
     return quads
 

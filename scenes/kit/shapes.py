@@ -71,13 +71,19 @@ def normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Smooth ones, by area; points in one place (seams) share theirs."""
     a, b, c, d = (points[faces[:, k]].astype(np.float64) for k in range(4))
     flat = np.cross(c - a, d - b)
-    _, same = np.unique(np.round(points, 5), axis=0, return_inverse=True)
-    same = same.ravel()
+    fine = np.round((points - points.min(axis=0)) * (2**20 / max(np.ptp(points), 1e-30))).astype(np.int64)
+    _, same = np.unique(fine[:, 0] | fine[:, 1] << 21 | fine[:, 2] << 42, return_inverse=True)
     sums = np.zeros((same.max() + 1, 3))
     for k in range(4):
         for axis in range(3):
             sums[:, axis] += np.bincount(same[faces[:, k]], flat[:, axis], minlength=len(sums))
     return unit(sums)[same].astype(np.float32)
+
+
+def lattice_normals(points: np.ndarray) -> np.ndarray:
+    """Of points (rows, columns, 3) with columns along x and rows along z, by differences of neighbours; (N, 3)."""
+    along_z, along_x = np.gradient(points, axis=(0, 1))
+    return unit(np.cross(along_z, along_x)).reshape(-1, 3).astype(np.float32)
 
 
 def blade(rows: int, width: float, fold: float, droop: float, point: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

@@ -50,12 +50,13 @@ class Live:
     def __init__(self, scene: kanuka.Scene, into: kanuka.Scene | kanuka.Group | None = None) -> None:
         self.scene = scene
         self.into = scene if into is None else into
+        self.ids: dict[str, int] = {}  # of what has a name, as in the picture's layer `id`
 
     def group(self, name: str) -> Live:
         return Live(self.scene, self.scene.add_group(name))
 
     def mesh(self, points: np.ndarray, faces: np.ndarray, look: Look, **more: object) -> None:
-        self.into.add_mesh(points, faces, material=look.material(), **more)
+        self.ids[str(more.get("name", ""))] = self.into.add_mesh(points, faces, material=look.material(), **more)
 
     def curves(self, points: np.ndarray, counts: np.ndarray, look: Look, **more: object) -> None:
         self.into.add_curves(points, counts, material=look.material(), **more)

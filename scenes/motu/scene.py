@@ -52,7 +52,7 @@ def count(scale: float, seed: int = 1) -> plan.Plan:
     """The numbers alone; what is small is made, and forgotten."""
     make = plants.Maker(Nothing(), seed, detail(scale))
     kinds = exemplar_kinds(make)
-    return plan.planned(scale, kinds, sums(make), len(sea_mesh(Island(seed))[1]))
+    return plan.planned(scale, kinds, sums(make), water_quads(sea_mesh(Island(seed))))
 
 
 def build(sink: object, scale: float, seed: int = 1) -> plan.Plan:
@@ -60,7 +60,7 @@ def build(sink: object, scale: float, seed: int = 1) -> plan.Plan:
     make = plants.Maker(sink, seed, detail(scale))
     kinds = exemplar_kinds(make)
     water = sea_mesh(island)
-    numbers = plan.planned(scale, kinds, sums(make), len(water[1]))
+    numbers = plan.planned(scale, kinds, sums(make), water_quads(water))
     rocks = [stones.rock(make, 800 + k, numbers.rock_side) for k in range(plan.ROCK_KINDS)]
     corals = [stones.coral(make, 900 + k, numbers.coral_side) for k in range(plan.CORAL_KINDS)]
     kinds["rock"] = made.kind(rocks, (0.35, 2.1), 0.35, lean=0.3)
@@ -116,6 +116,10 @@ def sea_mesh(island: Island) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarr
     used, corners = np.unique(faces[wet], return_inverse=True)
     values = {"vertex float depth": depth[used], "vertex float surf": surf[used]}
     return points[used], corners.reshape(-1, 4).astype(np.int32), values
+
+
+def water_quads(water: tuple) -> int:
+    return len(water[1]) + 1  # and the abyss
 
 
 def lay_water(sink: object, points: np.ndarray, faces: np.ndarray, values: dict[str, np.ndarray]) -> None:
