@@ -1,6 +1,7 @@
 """Makes docs/images/isles/: the island from three places, six frames of the flight through the forest, 10^16 leaves.
 
-    python tools/make_isle_pictures.py [shore beach dunes forest nested] [--samples 64] [--scale 0.01] [--trees 100000]
+    python tools/make_isle_pictures.py [shore beach dunes forest nested] [--samples 64] [--width 1024] [--scale 0.01]
+        [--trees 100000]
 
 JPEG by Pillow, each below 400 kB.
 """
@@ -32,6 +33,10 @@ MOST_BYTES = 400_000
 FRAMES = (1, 10, 20, 29, 38, 48)
 
 
+def size_of(width: int) -> tuple[int, int]:
+    return width, round(width * 429 / 1024)
+
+
 def shown(picture: kanuka.Picture) -> np.ndarray:
     """As a PNG has it: (height, width, 3) of bytes."""
     with tempfile.TemporaryDirectory() as folder:
@@ -54,14 +59,15 @@ def write(name: str, pixels: np.ndarray) -> None:
 def island(camera: str, given: argparse.Namespace) -> np.ndarray:
     made = kanuka.Scene()
     motu.build(sinks.Live(made), given.scale)
-    return shown(kanuka.render(motu.staged(made, camera), progressions=given.samples, threads=given.threads))
+    motu.staged(made, camera).resolution = size_of(given.width)
+    return shown(kanuka.render(made, progressions=given.samples, threads=given.threads))
 
 
 def flight(given: argparse.Namespace) -> np.ndarray:
     made = kanuka.Scene()
     woods.build(sinks.Live(made), given.trees)
     woods.staged(made, FRAMES[0])
-    made.resolution = 512, 214
+    made.resolution = size_of(given.width // 2)
     frames = []
     shot = [woods.camera(frame) for frame in FRAMES]
     session = kanuka.Session(made, shot=shot, progressions=given.samples, threads=given.threads)
@@ -79,6 +85,7 @@ def main() -> None:
     names = [*CAMERAS, "forest", "nested"]
     parser.add_argument("pictures", nargs="*", default=names)
     parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--width", type=int, default=1024, help="of a picture, or of two frames")
     parser.add_argument("--scale", type=float, default=0.01, help="of the island")
     parser.add_argument("--trees", type=int, default=100_000, help="of the forest")
     parser.add_argument("--threads", type=int)
@@ -91,7 +98,8 @@ def main() -> None:
         elif name == "forest":
             write("forest.jpg", flight(given))
         else:
-            picture = kanuka.render(nested.scene(), progressions=given.samples, threads=given.threads)
+            size = size_of(given.width)
+            picture = kanuka.render(nested.scene(), progressions=given.samples, threads=given.threads, resolution=size)
             write("nested.jpg", shown(picture))
 
 
