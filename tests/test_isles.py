@@ -243,6 +243,17 @@ def test_every_camera_stands_in_the_open(isle: Path) -> None:
                 assert not np.any((away < 2) & (size > 0.4)), name
 
 
+def test_a_folder_is_rendered_as_it_is_and_made_where_it_is_not(isle: Path, tmp_path: Path) -> None:
+    before = (isle / "index.json").stat().st_mtime_ns
+    small = ["--resolution", "16x7", "--progressions", "1", "--render", str(tmp_path / "a.exr")]
+    assert motu_make.main(["-o", str(isle), "--camera", "beach", *small]) == 0
+    assert kanuka.read(tmp_path / "a.exr")["rgb"].shape == (7, 16, 3)
+    assert (isle / "index.json").stat().st_mtime_ns == before
+    for given, is_there in ((["--scale", "0.01"], True), (["--seed", "1"], True), (["--seed", "2"], False)):
+        assert motu_make.there(motu_make.parse(["-o", str(isle), *given])) is is_there
+    assert not motu_make.there(motu_make.parse(["-o", str(tmp_path)]))
+
+
 @pytest.mark.parametrize("arguments", [["--scale", "2"], ["--scale", "0"], ["--scale", "nan"], ["--seed", "-1"]])
 def test_what_no_island_has_is_refused(arguments: list[str], capsys: pytest.CaptureFixture) -> None:
     with pytest.raises(SystemExit):

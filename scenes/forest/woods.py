@@ -125,7 +125,6 @@ def fir(make: Maker, name: str, boughs: list[Plant], seed: int, tall: float) -> 
     kind = rng.integers(len(boughs), size=count)
     for k, child in enumerate(boughs):
         make.place(plant, child, where[kind == k].astype(np.float32))
-    plant.height = tall
     return plant
 
 

@@ -104,11 +104,3 @@ def frames(where: np.ndarray, along: np.ndarray, up: np.ndarray, scale: np.ndarr
     out = np.stack([x, np.cross(z, x), z, where], axis=2)
     out[:, :, :3] *= np.asarray(scale)[:, None, None]
     return out.astype(np.float32)
-
-
-def concatenated(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """outer · inner of 3x4 matrices, in double."""
-    outer, inner = outer.astype(np.float64), inner.astype(np.float64)
-    linear = outer[..., :3] @ inner[..., :3]
-    moved = (outer[..., :3] @ inner[..., 3:])[..., 0] + outer[..., 3]
-    return np.concatenate([linear, moved[..., None]], axis=-1)

@@ -1,4 +1,4 @@
-"""Plants in levels: leaves on boughs, boughs on trees. A Plant is a group, and how much it comes to, instances and all.
+"""Plants in levels: leaves on boughs, boughs on trees.
 
 All grow along y from the origin. Detail is a factor of the sides and rings of wood; leaves are what they are.
 """
@@ -14,45 +14,32 @@ from kanuka.procedurals.parameters import read
 from kanuka.procedurals.surface import across, unit
 
 from . import shapes
-from .places import frames, matrices
+from .places import frames
 from .sinks import Look
 
 GOLDEN = trees.GOLDEN
 
 
 @dataclass
-class Made:
-    """Counts of what was made: of its own, and with all that its instances come to."""
+class Plant:
+    """A group, and counts: of its own, and with all that its instances come to."""
 
+    group: object
     quads: int = 0
     curves: int = 0
     rows: int = 0  # instances as they are stored: a matrix each
-    all_quads: int = 0
-    all_curves: int = 0
+    primitives: int = 0  # quads and curves with all instances
     all_rows: int = 0
 
     def has(self, quads: int = 0, curves: int = 0) -> None:
         self.quads += quads
         self.curves += curves
-        self.all_quads += quads
-        self.all_curves += curves
+        self.primitives += quads + curves
 
-    def places(self, child: Made, count: int) -> None:
+    def places(self, child: Plant, count: int) -> None:
         self.rows += count
         self.all_rows += count * (1 + child.all_rows)
-        self.all_quads += count * child.all_quads
-        self.all_curves += count * child.all_curves
-
-    @property
-    def primitives(self) -> int:
-        return self.all_quads + self.all_curves
-
-
-@dataclass
-class Plant(Made):
-    group: object = None
-    radius: float = 0  # about its axis
-    height: float = 0
+        self.primitives += count * child.primitives
 
 
 class Maker:
@@ -66,7 +53,7 @@ class Maker:
         return np.random.default_rng([self.seed, *salt])
 
     def plant(self, name: str) -> Plant:
-        made = Plant(group=self.sink.group(name))
+        made = Plant(self.sink.group(name))
         self.made.append(made)
         return made
 
@@ -158,7 +145,6 @@ def bough(
     plant = make.plant(name)
     make.wood(plant, wood, bark, 5, 0.5)
     leafed(make, plant, wood[-1], leaves, each, size, make.rng(seed, 3))
-    plant.height = length
     return plant
 
 
@@ -187,9 +173,6 @@ def tree(
         kind = rng.integers(len(boughs), size=len(here))
         for k, child in enumerate(boughs):
             make.place(plant, child, where[kind == k])
-    courses = np.concatenate([course.reshape(-1, 3) for course, _ in wood])
-    plant.height = float(courses[:, 1].max())
-    plant.radius = float(np.hypot(courses[:, 0], courses[:, 2]).max())
     return plant
 
 
@@ -209,7 +192,6 @@ def tuft(make: Maker, name: str, look: Look, count: int, *, height: float, sprea
     points, widths, counts = blades(rng, rng.normal(size=(count, 2)) * spread, height, width)
     plant.group.curves(points.reshape(-1, 3), counts, look, basis="catmull-rom", widths=widths)
     plant.has(curves=count)
-    plant.height = height
     return plant
 
 
@@ -233,6 +215,3 @@ def blades(
     points = np.concatenate([points, 2 * points[:, -1:] - points[:, -2:-1]], axis=1)
     widths = width * np.array([1.0, 0.9, 0.6, 0.12], np.float32) * rng.uniform(0.7, 1.3, n)[:, None].astype(np.float32)
     return points, widths.reshape(-1).astype(np.float32), np.full(n, 6, np.int32)
-
-
-__all__ = ["Made", "Maker", "Plant", "along", "blades", "bough", "leaf", "leafed", "matrices", "tree", "tuft"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from kit import shapes
 from kit.places import frames, matrices
-from kit.plants import Maker, Plant, along, bough, leaf, leafed, skeleton, tree, tuft, turned
+from kit.plants import Maker, Plant, along, bough, leaf, leafed, skeleton, tree, tuft
 from kit.sinks import Look
 
 
@@ -206,7 +206,6 @@ def one_palm(make: Maker, seed: int, height: float, fronds: list[Plant], nut: Pl
     around = rng.uniform(0, 6.28, nuts)
     at = top + np.stack([0.24 * np.cos(around), rng.uniform(-0.35, -0.12, nuts), 0.24 * np.sin(around)], axis=1)
     make.place(plant, nut, matrices(at, around, rng.uniform(0.8, 1.1, nuts)))
-    plant.height, plant.radius = height, float(np.hypot(*top[[0, 2]]))
     return plant
 
 
@@ -335,10 +334,3 @@ def stick(make: Maker, seed: int) -> Plant:
     plant = make.plant(f"stick {seed}")
     make.wood(plant, [(course[None], (0.17 * (1.1 - 0.6 * t))[None])], Look("matte", {"color": (0.38, 0.34, 0.29)}), 5)
     return plant
-
-
-def turn_of(rng: np.random.Generator, count: int) -> np.ndarray:
-    return rng.uniform(0, 2 * np.pi, count).astype(np.float32)
-
-
-__all__ = ["Kind", "broadleaved", "hues", "ironwood", "litter", "palm", "turn_of", "turned", "undergrowth"]

@@ -25,7 +25,7 @@ from motu.cameras import CAMERAS
 def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scale", type=float, help=f"{plan.LEAST} to {plan.MOST:g}; 1 is the whole island (0.01)")
-    parser.add_argument("--seed", type=int, default=1, help="another seed, another island")
+    parser.add_argument("--seed", type=int, help="another seed, another island (1)")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/motu"), help="folder (out/motu)")
     parser.add_argument("--count", action="store_true", help="print the numbers, and make nothing")
     parser.add_argument("--render", type=Path, metavar="PICTURE", help="render the folder; EXR or PNG")
@@ -36,7 +36,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     given = parser.parse_args(arguments)
     if given.scale is not None and not plan.LEAST <= given.scale <= plan.MOST:
         parser.error(f"--scale {given.scale}: from {plan.LEAST} to {plan.MOST:g}")
-    if given.seed < 0:
+    if given.seed is not None and given.seed < 0:
         parser.error("--seed: from 0 on")
     return given
 
@@ -46,17 +46,25 @@ def tell(numbers: dict[str, object]) -> None:
         print(f"{name:<12} {value:>16,}" if isinstance(value, int) else f"{name:<12} {value:>16g}")
 
 
+def there(given: argparse.Namespace) -> bool:
+    """Does the folder hold what is asked for? What is not said may be anything."""
+    if not (given.output / "index.json").is_file():
+        return False
+    about = sinks.index_of(given.output)["about"]
+    return all(value in (None, about.get(name)) for name, value in (("scale", given.scale), ("seed", given.seed)))
+
+
 def main(arguments: list[str] | None = None) -> int:
     given = parse(arguments)
-    scale = given.scale or 0.01
+    scale, seed = given.scale or 0.01, 1 if given.seed is None else given.seed
     if given.count:
-        tell(scene.count(scale, given.seed).told())
+        tell(scene.count(scale, seed).told())
         return 0
-    wanted = {"scene": "motu", "scale": scale, "seed": given.seed}
-    if not (given.render and given.scale is None and (given.output / "index.json").is_file()):
+    wanted = {"scene": "motu", "scale": scale, "seed": seed}
+    if not (given.render and there(given)):
         start = time.time()
         folder = sinks.Folder(given.output, wanted)
-        folder.about["numbers"] = scene.build(folder, scale, given.seed).told()
+        folder.about["numbers"] = scene.build(folder, scale, seed).told()
         folder.close()
         tell(folder.about["numbers"])
         size = sum(file.stat().st_size for file in given.output.iterdir())

@@ -212,7 +212,7 @@ def standing(
     low, high = p.kind.size
     size = (low + (high - low) * rng.random(n) ** (1 if p.kind.upright else 2.2)).astype(np.float32)
     y = ground.height(x, z) - p.kind.sink * size
-    turn = made.turn_of(rng, n)
+    turn = rng.uniform(0, 2 * np.pi, n).astype(np.float32)
     if p.name == "palm":  # to the light over the water
         turn = seaward(island, x, z) + rng.normal(0, 0.55, n).astype(np.float32)
     where = np.stack([x, y, z], axis=1)
