@@ -2,7 +2,6 @@
 // more than the pages that it hit.
 #include "store/disk_store.h"
 
-#include <bit>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -11,10 +10,9 @@
 
 #include "base/build_id.h"
 #include "base/byte_size.h"
-#include "store/compress.h"
 #include "store/pack.h"
 #include "store/page_check.h"
-#include "store/test_pages.h"
+#include "store/test_stored.h"
 
 namespace kanuka::store {
 
@@ -23,68 +21,12 @@ using namespace testing;
 
 namespace {
 
-Digest name(uint64_t i) {
-    return {i, ~i};
-}
-
-class Stored : public ::testing::Test {
+class Damaged : public Stored {
   protected:
-    void SetUp() override {
-        m_folder = (fs::temp_directory_path() / "kanuka-store-XXXXXX").string();
-        ASSERT_NE(mkdtemp(m_folder.data()), nullptr);
-    }
-    void TearDown() override { fs::remove_all(m_folder); }
-
-    DiskStore::Settings settings() const {
-        DiskStore::Settings s;
-        s.folder = m_folder + "/pages";
-        return s;
-    }
-    Page page(uint32_t seed, int size = 4) const {
-        HandMade made(size, size, m_program);
-        made.scramble(seed);
-        return encode_one(made, m_program);
-    }
-    static StoredPage entry(uint64_t i, uint64_t of_read = 0) {
-        StoredPage e;
-        e.content = name(i), e.of_read = name(100 + of_read);
-        e.reads = std::string("what\0was read", 13) + std::to_string(of_read);
-        e.spectra = 3, e.palette = name(7);
-        return e;
-    }
-    void write(std::initializer_list<uint64_t> which) {
-        DiskStore disk(settings(), m_journal);
-        for (const uint64_t i : which)
-            disk.write(entry(i), page(uint32_t(i)));
-    }
-    std::vector<fs::path> packs() const {
-        std::vector<fs::path> found;
-        for (const auto& file : fs::directory_iterator(m_folder + "/pages"))
-            found.push_back(file.path());
-        std::ranges::sort(found);
-        return found;
-    }
-    // Is page `i` there, as it was made?
-    bool comes_back(DiskStore& disk, uint64_t i) const {
-        for (const StoredPage& stored : disk.find(name(i))) {
-            Page back;
-            if (disk.read(stored, m_program, back)) {
-                EXPECT_EQ(back.words, page(uint32_t(i)).words);
-                return true;
-            }
-        }
-        return false;
-    }
+    // Of a folder's one pack, which holds pages 1 and 2.
     void expect_damage_is_found(int size);
-    size_t warnings() const { return m_journal.entries().size(); }
-
-    grid::LayeringProgram m_program = lamp_program();
-    std::string m_folder;
-    Journal m_journal;
 };
-
-// Of a folder's one pack, which holds pages 1 and 2.
-void Stored::expect_damage_is_found(int size) {
+void Damaged::expect_damage_is_found(int size) {
     const fs::path path = packs().at(0);
     std::string intact;
     {
@@ -234,7 +176,7 @@ TEST_F(Stored, ReadingChangesNothing) {
 }
 
 // Every byte of a small pack changed, and every length: what comes back is what was written, or nothing.
-TEST_F(Stored, DamageIsFound) {
+TEST_F(Damaged, IsFound) {
     for (const bool compressed : {false, true}) {
         const int size = compressed ? 6 : 1; // the smallest do not get smaller
         {
@@ -247,70 +189,6 @@ TEST_F(Stored, DamageIsFound) {
         expect_damage_is_found(size);
         fs::remove(packs().at(0));
     }
-}
-
-TEST_F(Stored, PagesThatAreNotInUseAreCompressed) {
-    {
-        DiskStore disk(settings(), m_journal);
-        for (const uint64_t i : {1, 2, 3})
-            disk.write(entry(i), page(uint32_t(i), 16));
-        StoredPage nothing = entry(4);
-        nothing.empty = true;
-        disk.write(nothing, {});
-    }
-    const fs::path plain = packs().at(0);
-    const auto used = fs::file_time_type::clock::now() - std::chrono::hours(2);
-    fs::last_write_time(plain, used);
-    EXPECT_EQ(compress_store(settings().folder, 3 * 3600).packs, 0u); // used an hour too late
-    const Compression done = compress_store(settings().folder, 3600);
-    EXPECT_EQ(done.packs, 1u);
-    ASSERT_EQ(packs().size(), 1u);
-    EXPECT_FALSE(fs::exists(plain));
-    EXPECT_EQ(done.bytes_after, fs::file_size(packs()[0]));
-    EXPECT_LT(done.bytes_after, done.bytes_before);
-    EXPECT_LT(std::chrono::abs(fs::last_write_time(packs()[0]) - used), std::chrono::seconds(1));
-    EXPECT_EQ(packs_in(settings().folder, true).at(0).compressed_pages, 3u);
-    EXPECT_EQ(packs_in(settings().folder, true).at(0).problem, "");
-    EXPECT_EQ(compress_store(settings().folder, 3600).packs, 0u); // there is nothing more to do
-    DiskStore disk(settings(), m_journal);
-    for (const uint64_t i : {1, 2, 3}) {
-        ASSERT_EQ(disk.find(name(i)).size(), 1u);
-        Page back;
-        EXPECT_TRUE(disk.read(disk.find(name(i))[0], m_program, back));
-        EXPECT_EQ(back.words, page(uint32_t(i), 16).words);
-    }
-    ASSERT_EQ(disk.find(name(4)).size(), 1u);
-    EXPECT_TRUE(disk.find(name(4))[0].empty);
-    EXPECT_EQ(warnings(), 0u);
-}
-
-TEST_F(Stored, WhatIsDamagedIsNotCompressed) {
-    write({1, 2});
-    const fs::path path = packs().at(0);
-    {
-        std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
-        file.seekp(300);
-        file.put('!');
-    }
-    EXPECT_EQ(compress_store(settings().folder, 0).packs, 0u);
-    EXPECT_EQ(packs(), std::vector<fs::path>{path});
-    EXPECT_THROW(compress_store(m_folder + "/nothing", 0), Error);
-}
-
-TEST(Compress, GivesBackWhatItTook) {
-    std::vector<uint32_t> words(1000);
-    for (size_t i = 0; i < words.size(); i++)
-        words[i] = std::bit_cast<uint32_t>(1 + 0.001f * float(i));
-    const std::vector<char> packed = compress(words);
-    ASSERT_FALSE(packed.empty());
-    EXPECT_LT(packed.size(), 3000u);
-    std::vector<uint32_t> back(1000), other(999);
-    EXPECT_TRUE(decompress(packed, back));
-    EXPECT_EQ(back, words);
-    EXPECT_FALSE(decompress(packed, other));
-    EXPECT_FALSE(decompress({packed.data(), packed.size() / 2}, back));
-    EXPECT_TRUE(
-        compress(std::vector<uint32_t>(1 << 20)).empty()); // a megabyte of zeros: nobody would believe it
 }
 
 TEST_F(Stored, ADamagedPackIsToldAndRemoved) {
