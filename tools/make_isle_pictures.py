@@ -77,7 +77,8 @@ def flight(given: argparse.Namespace) -> np.ndarray:
             session.update()
         session.advance()
         frames.append(shown(session.picture()))
-    return np.concatenate([np.concatenate(frames[k : k + 2], axis=1) for k in range(0, len(frames), 2)])
+    framed = [np.pad(frame, ((2, 2), (2, 2), (0, 0)), constant_values=255) for frame in frames]
+    return np.concatenate([np.concatenate(framed[k : k + 2], axis=1) for k in range(0, len(framed), 2)])
 
 
 def main() -> None:

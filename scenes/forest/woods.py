@@ -141,7 +141,8 @@ def way(frame: float) -> np.ndarray:
 def camera(frame: int) -> kanuka.Camera:
     if not 1 <= frame <= FRAMES:
         raise ValueError(f"frame {frame}: the flight has 1 to {FRAMES}")
-    here, ahead = way(frame), way(frame + 7) - [0, 1.6, 0]
+    here, ahead = way(frame), way(frame + 7)
+    ahead[1] = here[1] + 0.22 * (ahead[1] - here[1]) - 2.4  # it nods less than its way does
     return kanuka.Camera(here, ahead, fov=68, fov_axis="x")
 
 
