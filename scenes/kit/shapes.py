@@ -6,7 +6,10 @@ import functools
 
 import numpy as np
 
-from kanuka.procedurals.surface import across, cell_keys, hashed, unit
+from kanuka.procedurals.surface import across, hashed, unit
+
+PIECE = 1 << 15  # points that noise is worked out for at a time: they fit into caches
+PRIMES = (73856093, 19349663, 83492791)  # of cells' keys (Teschner et al. 2003)
 
 
 @functools.lru_cache(maxsize=64)
@@ -115,17 +118,24 @@ class Noise:
         self.seed = seed
 
     def __call__(self, p: np.ndarray) -> np.ndarray:
+        flat = np.ascontiguousarray(p.reshape(-1, p.shape[-1]))
+        out = np.empty(len(flat))
+        for first in range(0, len(flat), PIECE):
+            out[first : first + PIECE] = self.of(flat[first : first + PIECE])
+        return out.reshape(p.shape[:-1])
+
+    def of(self, p: np.ndarray) -> np.ndarray:
         cell = np.floor(p).astype(np.int64)
         f = p - cell
         w = f**3 * (f * (6 * f - 15) + 10)
-        total = np.zeros(p.shape[:-1])
-        for corner in np.ndindex((2,) * p.shape[-1]):
-            offset = np.array(corner)
-            there = cell + offset
-            if p.shape[-1] == 2:
-                there = np.concatenate([there, np.zeros_like(there[..., :1])], axis=-1)
-            share = np.prod(np.where(offset, w, 1 - w), axis=-1)
-            total += share * (2 * hashed(cell_keys(there), self.seed) - 1)
+        axes = range(p.shape[1])
+        keys = [(cell[:, a] * PRIMES[a], (cell[:, a] + 1) * PRIMES[a]) for a in axes]
+        shares = [(1 - w[:, a], w[:, a]) for a in axes]
+        total = np.zeros(len(p))
+        for corner in np.ndindex((2,) * p.shape[1]):
+            key = functools.reduce(np.bitwise_xor, [keys[a][corner[a]] for a in axes])
+            share = functools.reduce(np.multiply, [shares[a][corner[a]] for a in axes])
+            total += share * (2 * hashed(key, self.seed) - 1)
         return total
 
     def fractal(self, p: np.ndarray, octaves: int, gain: float = 0.5, ridged: bool = False) -> np.ndarray:

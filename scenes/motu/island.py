@@ -64,6 +64,9 @@ class Ground:
 
     heights: np.ndarray  # (rows along z, columns along x)
 
+    def __post_init__(self) -> None:
+        self.heights = np.ascontiguousarray(self.heights)
+
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
         rows, columns = self.heights.shape
         return np.linspace(-SIDE / 2, SIDE / 2, columns), np.linspace(-SIDE / 2, SIDE / 2, rows)
