@@ -62,16 +62,16 @@ DRY = foliage((0.36, 0.25, 0.12), (0.3, 0.18, 0.06), 0.25)
 
 
 def broadleaved(make: Maker, name: str, seed: int, looks: list[Look], size: float, width: float, **more: float) -> Kind:
-    leaves = [leaf(make, f"{name} leaf {k}", look, rows=4, width=width) for k, look in enumerate(looks)]
+    leaves = [leaf(make, f"{name} leaf {k}", look, rows=10, width=width) for k, look in enumerate(looks)]
     boughs = [
-        bough(make, f"{name} bough {k}", TWIG, leaves, seed + k, length=2.5, branches=8, each=12, size=size, reach=0.6)
+        bough(make, f"{name} bough {k}", TWIG, leaves, seed + k, length=2.5, branches=8, each=9, size=size, reach=0.72)
         for k in range(4)
     ]
     trees = [
         tree(make, f"{name} {k}", BARK, boughs, seed + 20 + k, height=5.6 + 0.9 * k, arms=14, each=3, **more)
         for k in range(5)
     ]
-    return kind(trees, (0.75, 1.25), 0.1, apart=4.2)
+    return kind(trees, (0.65, 1.1), 0.1, apart=4.2)
 
 
 def ironwood(make: Maker, seed: int) -> Kind:
@@ -80,7 +80,7 @@ def ironwood(make: Maker, seed: int) -> Kind:
     for k, c in enumerate([(0.12, 0.15, 0.07), (0.16, 0.18, 0.08)]):
         rng = make.rng(seed, k)
         plant = make.plant(f"ironwood spray {k}")
-        count, t = 16, np.array([-0.3, 0, 0.5, 1.0, 1.4])
+        count, t = 32, np.array([-0.3, 0, 0.5, 1.0, 1.4])
         out = rng.normal(size=(count, 1, 2)) * 0.13
         points = np.zeros((count, 5, 3))
         points[:, :, [0, 2]] = out * (np.maximum(t, 0) ** 0.7)[None, :, None] + 0.02 * rng.normal(size=(count, 1, 2))
@@ -109,18 +109,18 @@ def ironwood(make: Maker, seed: int) -> Kind:
         )
         for k in range(5)
     ]  # fmt: skip
-    return kind(trees, (0.75, 1.2), 0.1, apart=4.2)
+    return kind(trees, (0.7, 1.1), 0.1, apart=4.2)
 
 
 def hang(make: Maker, plant: Plant, wood: list, sprays: list[Plant], rng: np.random.Generator) -> None:
     """Sprays along a bough and its branches, straight down whichever way it goes."""
-    for level, each in ((wood[0], 6), (wood[1], 5)):
+    for level, each in ((wood[0], 5), (wood[1], 4)):
         n = level[0].shape[0]
         here, _ = along(level, 0.15 + 0.85 * (np.arange(each) + rng.random((n, each))) / each)
         for k, child in enumerate(sprays):
             mine = here[k :: len(sprays)]
             lean = 0.35 * rng.normal(size=(len(mine), 2))
-            scale = rng.uniform(0.8, 1.3, len(mine))
+            scale = rng.uniform(0.7, 1.1, len(mine))
             make.place(plant, child, matrices(mine, rng.uniform(0, 6.28, len(mine)), scale, lean))
 
 
@@ -213,9 +213,9 @@ def one_palm(make: Maker, seed: int, height: float, fronds: list[Plant], nut: Pl
 
 
 def undergrowth(make: Maker, seed: int) -> Kind:
-    shrub_leaves = [leaf(make, f"shrub leaf {k}", x, rows=3, width=0.55, droop=0.1)
+    shrub_leaves = [leaf(make, f"shrub leaf {k}", x, rows=7, width=0.55, droop=0.1)
                     for k, x in enumerate(hues((0.14, 0.26, 0.05), (0.28, 0.42, 0.06)))]  # fmt: skip
-    broad_leaves = [leaf(make, f"broad leaf {k}", x, rows=6, width=0.7, droop=0.45)
+    broad_leaves = [leaf(make, f"broad leaf {k}", x, rows=12, width=0.7, droop=0.45)
                     for k, x in enumerate(hues((0.07, 0.17, 0.03), (0.16, 0.34, 0.04)))]  # fmt: skip
     blade = fern_frond(make)
     made = [shrub(make, seed + k, shrub_leaves) for k in range(5)]

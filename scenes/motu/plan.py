@@ -15,7 +15,7 @@ LEAST, MOST = 0.005, 1.0
 
 ROCK_KINDS, ROCK_SHARE, ROCKS = 26, 0.17, 520  # exemplars, their part of all quads, how many are placed
 CORAL_KINDS, CORAL_SHARE, CORALS = 36, 0.22, 2600
-TREES = {"palm": 0.16, "hau": 0.3, "kamani": 0.27, "ironwood": 0.27}  # of all trees
+TREES = {"palm": 0.28, "hau": 0.29, "kamani": 0.29, "ironwood": 0.14}  # of all trees
 UNDERGROWTH = 8e6
 FLOOR_SHARE = 0.5  # of the litter lies below trees, the rest on the beach
 

@@ -28,7 +28,10 @@ def exemplar_kinds(make: plants.Maker) -> dict[str, made.Kind]:
     beach, floor = made.litter(make, 700)
     return {
         "palm": made.palm(make, 100),
-        "hau": made.broadleaved(make, "hau", 200, made.hues((0.12, 0.23, 0.035), (0.26, 0.42, 0.05)), 0.21, 0.85),
+        "hau": made.broadleaved(
+            make, "hau", 200, made.hues((0.12, 0.23, 0.035), (0.26, 0.42, 0.05)), 0.19, 0.85,
+            reach=0.6, crown=1.0, angle=68.0,
+        ),
         "kamani": made.broadleaved(
             make, "kamani", 300, made.hues((0.055, 0.13, 0.022), (0.12, 0.24, 0.025)), 0.19, 0.5,
             reach=0.62, crown=1.0, angle=70.0,
@@ -141,17 +144,17 @@ def shares_of_cells(island: Island):
     inland, high, slope = island.inland[inner], island.base[inner], island.slope[inner]
     some, other = island.patches[inner], island.other_patches[inner]
     liked = 1e-4 + sum(1 / (1 + (np.hypot(x - e[0], z - e[1]) / e[2]) ** 2) ** 2.2 for e in eyes())
-    flat, above = slope < 0.85, high > 1.7
+    flat, above = slope < 1.0, high > 1.7
     clear = np.ones_like(x)
     for camera in CAMERAS.values():  # nothing right before the lens
         clear *= smooth(3.5, 11, np.hypot(x - camera.origin[0], z - camera.origin[2]))
     open_, woods = 1 - sandy(x, inland), above * flat * smooth(20, 38, inland)
     rooms = {  # things a square metre
-        "palm": above * flat * smooth(15, 24, inland) * (1 - 0.93 * smooth(42, 80, inland)) * (1.15 + some)
+        "palm": above * flat * smooth(15, 24, inland) * (1 - 0.75 * smooth(42, 80, inland)) * (1.15 + some)
         * (0.15 + 0.85 * open_) * 0.016,
         "hau": woods * smooth(30, 52, inland) * (1.1 + some) * open_ * 0.013,
         "kamani": woods * smooth(36, 70, inland) * (1.1 - some) * open_ * 0.013,
-        "ironwood": woods * smooth(24, 60, inland) * smooth(-0.1, 0.5, other) * (0.05 + 0.95 * open_) * 0.015,
+        "ironwood": woods * smooth(24, 60, inland) * smooth(-0.4, 0.4, other) * (0.05 + 0.95 * open_) * 0.015,
         "undergrowth": woods * (1.05 + other) * (0.03 + 0.97 * open_) * 9,
         "floor": woods * (1.2 + some) * 12,
         "beach": ((high > -0.6) & flat) * smooth(-16, 2, inland) * (1 - smooth(20, 42, inland)) * (1.1 + other) * 60,
