@@ -18,8 +18,8 @@ struct Summary {
     size_t instanced_primitives = 0;       // primitives that the instances stand for, through all levels
     std::map<std::string, size_t> by_kind; // all declared primitives, groups' included
     size_t control_points = 0, faces = 0, curves = 0;
-    size_t value_bytes = 0; // of all primvars and indices
-    Bounds3f bounds; // scene/bounds.h
+    size_t value_bytes = 0;                                           // of all primvars and indices
+    Bounds3f bounds;                                                  // scene/bounds.h
     std::map<std::string, size_t> surfaces, displacements, interiors; // shader name → primitives that use it
     std::map<std::string, size_t> light_shaders;
     size_t lights = 0, area_light_primitives = 0;
