@@ -102,10 +102,10 @@ Group add_archive(std::shared_ptr<Scene> scene, const std::filesystem::path& pat
     all.primitives = std::move(read.primitives);
     all.solids = std::move(read.solids);
     all.instances = std::move(read.instances);
-    const Group made{scene, adopter.add(std::move(all))};
+    const scene::NodeId id = adopter.add(std::move(all));
     scene->numbers.clear(); // they are found anew
     tell_of_repeat(*scene);
-    return made;
+    return {std::move(scene), id};
 }
 
 } // namespace
