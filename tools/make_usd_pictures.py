@@ -17,37 +17,68 @@ import kanuka.usd
 
 PICTURE = Path(__file__).resolve().parent.parent / "docs" / "images" / "usd_scenes.png"
 BALLS = ("gold", "glass", "plastic", "bubblegum")
-CHESS = """#usda 1.0
+# A camera, a sky and a window.
+SET = """#usda 1.0
 (
-    subLayers = [@{assets}/OpenChessSet/chess_set.usda@]
+    {layers}
     upAxis = "Y"
     metersPerUnit = 1
 )
 def Camera "cam"
 {{
-    float focalLength = 50
+    float focalLength = {focal_length}
     float horizontalAperture = 24
-    float verticalAperture = 12
+    float verticalAperture = {aperture}
     float2 clippingRange = (0.01, 100)
-    matrix4d xformOp:transform = ((0.866, 0, -0.5, 0), (-0.1913, 0.9239, -0.3314, 0),
-                                  (0.462, 0.3827, 0.8, 0), (0.46, 0.40, 0.80, 1))
+    matrix4d xformOp:transform = {camera}
     uniform token[] xformOpOrder = ["xformOp:transform"]
 }}
 def DomeLight "sky"
 {{
     color3f inputs:color = (0.75, 0.85, 1)
-    float inputs:intensity = 0.35
+    float inputs:intensity = {sky}
 }}
 def RectLight "window"
 {{
-    float inputs:width = 0.8
-    float inputs:height = 0.8
-    float inputs:intensity = 12
+    float inputs:width = {size}
+    float inputs:height = {size}
+    float inputs:intensity = {window}
     color3f inputs:color = (1, 0.93, 0.82)
-    double3 xformOp:translate = (-1.2, 0.9, 0.5)
-    float3 xformOp:rotateXYZ = (-33, -67, 0)
+    double3 xformOp:translate = {place}
+    float3 xformOp:rotateXYZ = {turn}
     uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
 }}
+"""
+CHESS = {
+    "focal_length": 50,
+    "aperture": 12,
+    "camera": "((0.866, 0, -0.5, 0), (-0.1913, 0.9239, -0.3314, 0), (0.462, 0.3827, 0.8, 0), (0.46, 0.40, 0.80, 1))",
+    "sky": 0.35,
+    "size": 0.8,
+    "window": 12,
+    "place": "(-1.2, 0.9, 0.5)",
+    "turn": "(-33, -67, 0)",
+}
+TABLE = {
+    "layers": "",
+    "focal_length": 29,
+    "aperture": 6,
+    "camera": "((1, 0, 0, 0), (0, 0.9397, -0.342, 0), (0, 0.342, 0.9397, 0), (0, 1.1, 2.7, 1))",
+    "sky": 0.3,
+    "size": 2,
+    "window": 9,
+    "place": "(-2.5, 2.5, 1.5)",
+    "turn": "(-40, -59, 0)",
+}
+TABLE_TOP = """
+def Mesh "table"
+{
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9)]
+    uniform token subdivisionScheme = "none"
+    color3f[] primvars:displayColor = [(0.3, 0.27, 0.25)]
+}
 """
 # A teapot, and where it stands.
 TEAPOT = """
@@ -65,44 +96,6 @@ def "pot_{number}" (
 }}
 """
 TEAPOTS = (("Fancy", "PorcelainFlowers"), ("Utah", "CeramicBlue"), ("Utah", "CeramicOrange"), ("Utah", "CeramicBlack"))
-TABLE = """#usda 1.0
-(
-    upAxis = "Y"
-    metersPerUnit = 1
-)
-def Camera "cam"
-{
-    float focalLength = 29
-    float horizontalAperture = 24
-    float verticalAperture = 6
-    float2 clippingRange = (0.01, 100)
-    matrix4d xformOp:transform = ((1, 0, 0, 0), (0, 0.9397, -0.342, 0), (0, 0.342, 0.9397, 0), (0, 1.1, 2.7, 1))
-    uniform token[] xformOpOrder = ["xformOp:transform"]
-}
-def Mesh "table"
-{
-    int[] faceVertexCounts = [4]
-    int[] faceVertexIndices = [0, 1, 2, 3]
-    point3f[] points = [(-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9)]
-    uniform token subdivisionScheme = "none"
-    color3f[] primvars:displayColor = [(0.3, 0.27, 0.25)]
-}
-def DomeLight "sky"
-{
-    color3f inputs:color = (0.75, 0.85, 1)
-    float inputs:intensity = 0.3
-}
-def RectLight "window"
-{
-    float inputs:width = 2
-    float inputs:height = 2
-    float inputs:intensity = 9
-    color3f inputs:color = (1, 0.94, 0.85)
-    double3 xformOp:translate = (-2.5, 2.5, 1.5)
-    float3 xformOp:rotateXYZ = (-40, -59, 0)
-    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
-}
-"""
 
 
 def rendered(scene: kanuka.Scene, samples: int) -> np.ndarray:
@@ -110,11 +103,16 @@ def rendered(scene: kanuka.Scene, samples: int) -> np.ndarray:
     return np.asarray(kanuka.render(scene, progressions=samples, clamp_indirect=10, journal=kanuka.Journal())["rgb"])
 
 
-def chess(assets: Path, samples: int) -> np.ndarray:
+def staged(text: str, resolution: tuple[int, int], samples: int) -> np.ndarray:
     with tempfile.TemporaryDirectory() as folder:
-        stage = Path(folder) / "chess.usda"
-        stage.write_text(CHESS.format(assets=assets))
-        return rendered(kanuka.usd.load(stage, resolution=(960, 480), journal=kanuka.Journal()), samples)
+        stage = Path(folder) / "stage.usda"
+        stage.write_text(text)
+        return rendered(kanuka.usd.load(stage, resolution=resolution, journal=kanuka.Journal()), samples)
+
+
+def chess(assets: Path, samples: int) -> np.ndarray:
+    layers = f"subLayers = [@{assets}/OpenChessSet/chess_set.usda@]"
+    return staged(SET.format(layers=layers, **CHESS), (960, 480), samples)
 
 
 def ball(assets: Path, material: str, samples: int) -> np.ndarray:
@@ -129,14 +127,11 @@ def ball(assets: Path, material: str, samples: int) -> np.ndarray:
 
 
 def teapots(assets: Path, samples: int) -> np.ndarray:
-    with tempfile.TemporaryDirectory() as folder:
-        stage = Path(folder) / "table.usda"
-        pots = [
-            TEAPOT.format(assets=assets, number=i, model=model, shading=shading, x=0.55 * (i - 1.5))
-            for i, (model, shading) in enumerate(TEAPOTS)
-        ]
-        stage.write_text(TABLE + "".join(pots))
-        return rendered(kanuka.usd.load(stage, resolution=(960, 240), journal=kanuka.Journal()), samples)
+    pots = [
+        TEAPOT.format(assets=assets, number=i, model=model, shading=shading, x=0.55 * (i - 1.5))
+        for i, (model, shading) in enumerate(TEAPOTS)
+    ]
+    return staged(SET.format(**TABLE) + TABLE_TOP + "".join(pots), (960, 240), samples)
 
 
 def main() -> None:

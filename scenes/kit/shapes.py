@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from kanuka.procedurals.surface import across, hashed, unit
+from kanuka.procedurals.surface import hashed, rings, unit
 
 PIECE = 1 << 15  # points that noise is worked out for at a time: they fit into caches
 PRIMES = (73856093, 19349663, 83492791)  # of cells' keys (Teschner et al. 2003)
@@ -26,23 +26,11 @@ def lattice_faces(rows: int, columns: int, closed: bool = False, over: bool = Fa
 
 
 def tubes(course: np.ndarray, radius: np.ndarray, sides: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Along courses (n, k, 3) with radii (n, k): points, normals and faces. Frames are carried along, without twist."""
+    """Along courses (n, k, 3) with radii (n, k): points, normals and faces."""
     n, k = radius.shape
-    tangent = np.empty_like(course)
-    tangent[:, 1:-1] = course[:, 2:] - course[:, :-2]
-    tangent[:, 0], tangent[:, -1] = course[:, 1] - course[:, 0], course[:, -1] - course[:, -2]
-    tangent = unit(tangent)
-    side = np.empty_like(course)
-    side[:, 0] = across(tangent[:, 0])[0]
-    for j in range(1, k):
-        along = np.sum(side[:, j - 1] * tangent[:, j], axis=1)[:, None]
-        side[:, j] = unit(side[:, j - 1] - tangent[:, j] * along)
-    angle = 2 * np.pi * np.arange(sides) / sides
-    other = np.cross(tangent, side)
-    arm = np.cos(angle)[:, None] * side[:, :, None] + np.sin(angle)[:, None] * other[:, :, None]
-    points = (course[:, :, None] + arm * radius[:, :, None, None]).reshape(-1, 3)
+    points, arm, _ = rings(course, radius, sides)
     faces = lattice_faces(k, sides, closed=True) + (np.arange(n, dtype=np.int32) * k * sides)[:, None, None]
-    return points.astype(np.float32), arm.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 4)
+    return points.reshape(-1, 3).astype(np.float32), arm.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 4)
 
 
 def longer(course: np.ndarray, radius: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:

@@ -32,8 +32,6 @@ constexpr Rule Rules[] = {by_face, by_place, by_distance, nothing};
 // The same triangles twice: as grids, and as a mesh. Layers within each other, so that rays have more to hit.
 struct Scene {
     std::vector<TestGrid> grids = ball(2, 9, 1, 0.1f, 5);
-    std::vector<float> positions;
-    std::vector<uint32_t> corners;
     Lattice lattice;
     PageMemory memory;
     std::vector<Face> faces;
@@ -44,16 +42,8 @@ struct Scene {
             for (TestGrid& g : ball(2, 7, radius, 0.05f, 7))
                 grids.push_back(std::move(g));
         const std::vector<GridView> grid_views = views(grids);
-        for (const TestGrid& g : grids) {
-            const uint32_t first = uint32_t(positions.size() / 3), row = uint32_t(g.columns + 1);
-            positions.insert(positions.end(), g.positions.begin(), g.positions.end());
-            for (uint32_t y = 0; y < uint32_t(g.rows); y++)
-                for (uint32_t x = 0; x < uint32_t(g.columns); x++) {
-                    const uint32_t a = first + y * row + x, b = a + 1, c = a + row, d = c + 1;
-                    corners.insert(corners.end(), {a, b, c, d, c, b});
-                }
-        }
-        const MeshView mesh_view{positions.data(), positions.size() / 3, corners.data(), corners.size() / 3};
+        const MeshOfGrids triangles(grids);
+        const MeshView mesh_view = triangles.view();
         const Content content = mesh ? Content{{}, {&mesh_view, 1}} : Content{grid_views, {}};
         lattice = votes_of(content).lattice();
         memory = build(content, lattice);

@@ -23,6 +23,8 @@ class Oracle {
 
     // What refuses a hit; null = nothing does.
     std::function<bool(const Hit&)> accepts;
+    // Boxes are passed over, and every leaf is looked at: right for rays in the planes of boxes too.
+    bool looks_everywhere = false;
 
     Hit closest(const Ray& r) {
         m_ray = r, m_hit = {}, m_hit.t = r.t_max;
@@ -52,14 +54,14 @@ class Oracle {
         const Children c = Children::of(node.children);
         std::vector<Child> met;
         for (int place = 0; place < c.count; place++) {
-            float enter, leave;
-            if (crosses(node, place, enter, leave))
+            float enter = 0, leave;
+            if (looks_everywhere || crosses(node, place, enter, leave))
                 met.push_back({enter, uint32_t(c.kind) << KindShift |
                                           (c.offset + uint32_t(place) * UnitsOf[int(c.kind)])});
         }
         std::ranges::sort(met, {}, &Child::enter);
         for (const Child& child : met)
-            if (child.enter <= m_hit.t)
+            if (looks_everywhere || child.enter <= m_hit.t)
                 visit(child.ref);
     }
     bool crosses(const Node& node, int place, float& enter, float& leave) const {
@@ -297,6 +299,27 @@ inline std::vector<Face> faces_of(const std::vector<TestGrid>& grids, const Latt
             }
     return faces;
 }
+// The quads of grids as the triangles of a mesh; neighbours share no vertices.
+struct MeshOfGrids {
+    std::vector<float> positions;
+    std::vector<uint32_t> corners;
+
+    explicit MeshOfGrids(const std::vector<TestGrid>& grids) {
+        for (const TestGrid& g : grids) {
+            const uint32_t first = uint32_t(positions.size() / 3), row = uint32_t(g.columns + 1);
+            positions.insert(positions.end(), g.positions.begin(), g.positions.end());
+            for (uint32_t y = 0; y < uint32_t(g.rows); y++)
+                for (uint32_t x = 0; x < uint32_t(g.columns); x++) {
+                    const uint32_t a = first + y * row + x, b = a + 1, c = a + row, d = c + 1;
+                    corners.insert(corners.end(), {a, b, c, d, c, b});
+                }
+        }
+    }
+    MeshView view() const {
+        return {positions.data(), positions.size() / 3, corners.data(), corners.size() / 3};
+    }
+};
+
 inline std::vector<GridView> views(const std::vector<TestGrid>& grids) {
     std::vector<GridView> all;
     for (const TestGrid& g : grids)

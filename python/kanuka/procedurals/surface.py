@@ -77,6 +77,24 @@ def across(n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
+def rings(course: np.ndarray, radius: np.ndarray, sides: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Around courses (n, k, 3) with radii (n, k): points and their directions from the course, (n, k, sides, 3), and
+    angles (sides,). Frames are carried along, so that they do not twist."""
+    tangent = np.empty_like(course)
+    tangent[:, 1:-1] = course[:, 2:] - course[:, :-2]
+    tangent[:, 0], tangent[:, -1] = course[:, 1] - course[:, 0], course[:, -1] - course[:, -2]
+    tangent = unit(tangent)
+    side = np.empty_like(course)
+    side[:, 0] = across(tangent[:, 0])[0]
+    for j in range(1, course.shape[1]):
+        carried = side[:, j - 1] - tangent[:, j] * np.sum(side[:, j - 1] * tangent[:, j], axis=1)[:, None]
+        side[:, j] = unit(carried)
+    other = np.cross(tangent, side)
+    angle = 2 * np.pi * np.arange(sides) / sides
+    arm = np.cos(angle)[:, None] * side[:, :, None] + np.sin(angle)[:, None] * other[:, :, None]
+    return course[:, :, None] + arm * radius[:, :, None, None], arm, angle
+
+
 def cell_keys(cells: np.ndarray) -> np.ndarray:
     """One number for each cell of a lattice of integers."""
     c = cells.astype(np.int64)

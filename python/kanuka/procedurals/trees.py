@@ -8,7 +8,7 @@ import numpy as np
 
 from . import rib
 from .parameters import Parameter, read
-from .surface import across, unit
+from .surface import across, rings, unit
 
 PARAMETERS = (
     Parameter("seed", 1, "another seed, another tree of the same kind", 0),
@@ -109,24 +109,13 @@ def branches(p: SimpleNamespace, rng: np.random.Generator) -> list[tuple[np.ndar
 
 
 def wood(levels: list[tuple[np.ndarray, np.ndarray]], p: SimpleNamespace) -> bytes:
-    """Tubes with normals; their frames are carried along, so that they do not twist."""
+    """Tubes with normals."""
     points, normals, st, faces, base = [], [], [], [], 0
     for level, (course, thick) in enumerate(levels):
         n, k = thick.shape
         sides = max(3, p.sides - 2 * level)
-        tangent = np.empty_like(course)
-        tangent[:, 1:-1] = course[:, 2:] - course[:, :-2]
-        tangent[:, 0], tangent[:, -1] = course[:, 1] - course[:, 0], course[:, -1] - course[:, -2]
-        tangent = unit(tangent)
-        side = np.empty_like(course)
-        side[:, 0] = across(tangent[:, 0])[0]
-        for j in range(1, k):
-            carried = side[:, j - 1] - tangent[:, j] * np.sum(side[:, j - 1] * tangent[:, j], axis=1)[:, None]
-            side[:, j] = unit(carried)
-        up = np.cross(tangent, side)
-        angle = 2 * np.pi * np.arange(sides) / sides
-        arm = np.cos(angle)[:, None] * side[:, :, None] + np.sin(angle)[:, None] * up[:, :, None]
-        points.append((course[:, :, None] + arm * thick[:, :, None, None]).reshape(-1, 3))
+        around_course, arm, angle = rings(course, thick, sides)
+        points.append(around_course.reshape(-1, 3))
         normals.append(arm.reshape(-1, 3))
         run = np.linalg.norm(np.diff(course, axis=1), axis=2).cumsum(axis=1)
         run = np.concatenate([np.zeros((n, 1)), run], axis=1)
