@@ -309,6 +309,27 @@ def test_killed_at_any_moment(tmp_path: Path) -> None:
     assert count["primitives_stored"] == count["primitives"] == 200
 
 
+def test_compressed_packs_give_the_same_picture(tmp_path: Path) -> None:
+    store = tmp_path / "store"
+    cold, _ = render(still_life(tmp_path), store)
+    before = sum(pack.stat().st_size for pack in packs(store))
+    command = [COMMAND, "store", "compress", str(store)]
+    done = subprocess.run([*command, "--json"], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)["packs"] == 0  # it was used today
+    phases: list[str] = []
+    told = kanuka.store_compress(store, idle_s=0, progress=lambda phase, _: phases.append(phase))
+    assert set(phases) == {"compress"}
+    after = sum(pack.stat().st_size for pack in packs(store))
+    assert told == {"packs": 1, "bytes_before": before, "bytes_after": after}
+    assert after < 0.7 * before
+    assert all(pack["compressed_pages"] and not pack["problem"] for pack in kanuka.store_packs(store, verify=True))
+    warm, count = render(still_life(tmp_path), store)
+    assert count["primitives_stored"] == count["primitives"]
+    assert same(warm, cold)
+    done = subprocess.run([*command, "--idle", "0"], capture_output=True, text=True, check=True)
+    assert done.stdout == "0 packs compressed\n"
+
+
 def test_renders_share_a_store_while_another_prunes_it(tmp_path: Path) -> None:
     scene = many_balls(tmp_path)
     whole = kanuka.render(kanuka.load(scene), progressions=1)

@@ -4,6 +4,7 @@
 #include <nanobind/stl/filesystem.h>
 
 #include "python/arguments.h"
+#include "python/supervisor.h"
 
 namespace kanuka::python {
 
@@ -48,22 +49,26 @@ void bind_store(nb::module_& m) {
         "files removed.");
     define(
         m, "store_compress",
-        [](const std::filesystem::path& folder, double idle_s) {
+        [](const std::filesystem::path& folder, double idle_s, nb::handle progress) {
+            if (!progress.is_none() && !PyCallable_Check(progress.ptr()))
+                wrong_argument("progress", "a callable or None", progress);
             store::Compression done;
-            {
-                nb::gil_scoped_release free;
-                done = store::compress_store(folder.string(), idle_s);
-            }
+            Supervisor supervisor(progress);
+            supervisor.run(
+                [&] { done = store::compress_store(folder.string(), idle_s, supervisor.progress()); });
+            supervisor.rethrow_interrupt();
             nb::dict result;
             result["packs"] = done.packs;
             result["bytes_before"] = done.bytes_before;
             result["bytes_after"] = done.bytes_after;
             return result;
         },
-        nb::arg("folder"), nb::kw_only(), nb::arg("idle_s") = 86400.0,
-        nb::sig("def store_compress(folder: str | os.PathLike, *, idle_s: float = 86400) -> dict[str, int]"),
+        nb::arg("folder"), nb::kw_only(), nb::arg("idle_s") = 86400.0, nb::arg("progress") = nb::none(),
+        nb::sig("def store_compress(folder: str | os.PathLike, *, idle_s: float = 86400, progress: "
+                "Callable[[str, float], object] | None = None) -> dict[str, int]"),
         "Compresses the packs that were not used for so many seconds, to about a third; renders read them as "
-        "before. Returns\nhow many packs, and their bytes before and after.");
+        "before. Returns\nhow many packs, and their bytes before and after. Interrupted, what is done "
+        "stays.");
 }
 
 } // namespace kanuka::python

@@ -200,13 +200,16 @@ static std::string compress_pack(const std::string& folder, PackReader& pack,
     return path;
 }
 
-Compression compress_store(const std::string& folder, double idle_s) {
+Compression compress_store(const std::string& folder, double idle_s, const Progress& progress) {
     std::error_code ec;
     if (!fs::is_directory(folder, ec))
         throw Error({folder}, "there is no such folder");
     Compression done;
     const auto now = fs::file_time_type::clock::now();
-    for (const CachedFile& file : cached_files(folder, PackSuffix)) {
+    const std::vector<CachedFile> files = cached_files(folder, PackSuffix);
+    for (size_t i = 0; i < files.size() && !progress.cancelled(); i++) {
+        const CachedFile& file = files[i];
+        progress.update("compress", double(i) / double(files.size()));
         PackReader pack(file.path.string());
         if (std::chrono::duration<double>(now - file.used).count() < idle_s || pack.problem() ||
             pack.build() != digest_of(build_id()))
@@ -224,6 +227,7 @@ Compression compress_store(const std::string& folder, double idle_s) {
         if (made != file.path)
             fs::remove(file.path, ec);
     }
+    progress.update("compress", 1);
     return done;
 }
 

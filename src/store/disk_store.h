@@ -16,6 +16,7 @@
 
 #include "base/digest.h"
 #include "base/error.h"
+#include "base/progress.h"
 #include "store/store.h"
 
 namespace kanuka::store {
@@ -102,11 +103,11 @@ uint64_t trim_store(const std::string& folder, uint64_t most_bytes);
 
 // Writes packs of this build anew that were not used for so long, their pages compressed, and removes what
 // they were. Others may read meanwhile. Throws Error where there is no such folder, or it cannot be written;
-// what is damaged stays as it is.
+// what is damaged stays as it is. Cancelled, it ends after the pack that it is at.
 struct Compression {
     uint64_t packs = 0, bytes_before = 0, bytes_after = 0;
 };
-Compression compress_store(const std::string& folder, double idle_s);
+Compression compress_store(const std::string& folder, double idle_s, const Progress& progress = {});
 
 // What KANUKA_STORE, KANUKA_STORE_MODE (read or write) and KANUKA_STORE_SIZE (as 20G) say; an empty folder =
 // no store. Throws Error where they cannot be read.

@@ -14,6 +14,7 @@ LABELS = {
     "build": "building BVH",
     "progressions": "tracing",
     "film": "writing",
+    "compress": "compressing",
 }
 WIDTH = 24
 BLOCKS = " ▏▎▍▌▋▊▉█"

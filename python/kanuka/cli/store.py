@@ -10,6 +10,7 @@ import kanuka
 
 from . import exit_codes
 from .exit_codes import ExitCode, fail
+from .progress import ProgressBar
 from .shader_cache import age_text, bytes_text, size
 
 
@@ -83,7 +84,9 @@ def run_verify(arguments: argparse.Namespace) -> int:
 
 def run_compress(arguments: argparse.Namespace) -> int:
     chosen = folder(arguments)
-    done = kanuka.store_compress(chosen, idle_s=3600 * arguments.idle)
+    bar = ProgressBar(quiet=arguments.json)
+    done = kanuka.store_compress(chosen, idle_s=3600 * arguments.idle, progress=bar.update)
+    bar.finish()
     sizes = f"{bytes_text(done['bytes_before'])} are now {bytes_text(done['bytes_after'])}"
     text = f"{done['packs']} packs compressed" + (f": {sizes}" if done["packs"] else "")
     print(json.dumps({"folder": chosen, **done}) if arguments.json else text)
