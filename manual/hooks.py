@@ -59,7 +59,7 @@ def render(name: str, scene: Path, longest: int, progressions: int) -> Path:
 
 def front_page() -> str:
     """README.md, whose links into docs/ become links to pages."""
-    return re.sub(r"\]\(docs/(?=[^)]*\.(?:md|png))", "](", (ROOT / "README.md").read_text())
+    return re.sub(r"\]\(docs/(?=[^)]*\.(?:md|png|jpg))", "](", (ROOT / "README.md").read_text())
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
