@@ -240,9 +240,15 @@ def test_multipliers_of_all_light_are_factors(tmp_path: Path) -> None:
     assert told == [] and found.mean() == pytest.approx(0.5, rel=1e-3)
 
 
+def test_multipliers_are_of_lobes(tmp_path: Path) -> None:
+    """The floor is diffuse."""
+    for body, expected in (("diffuse = 0.5", 0.5), ("specular = 0", 1), ("diffuse = 3\nfloat inputs:specular = 7", 3)):
+        found, told = shone(tmp_path, NOON.replace("LINK", f"float inputs:{body}"), size=4)
+        assert told == [] and found.mean() == pytest.approx(expected, rel=1e-3)
+
+
 def test_what_lights_do_not_do_is_told_once_for_all(tmp_path: Path) -> None:
     odd = """
-    float inputs:diffuse = 0.5
     color3f inputs:shadow:color = (1, 0, 0)
     float inputs:shadow:distance = 3
     color3f inputs:color.connect = </graph.outputs:out>
@@ -251,7 +257,6 @@ def test_what_lights_do_not_do_is_told_once_for_all(tmp_path: Path) -> None:
     graph = 'def Shader "graph" {\ncolor3f outputs:out\n}\n'
     _, told = read(stage(tmp_path, CAMERA, *lights, graph))
     assert told == [
-        "/a and 2 more: multipliers of diffuse or specular light alone are not read",
         "/a and 2 more: shadows have no colour but black",
         "/a and 2 more: shadows reach as far as light does: no distance or falloff of them is read",
         "/a and 2 more: what inputs of lights are connected to is not read: their own values stand",

@@ -44,9 +44,11 @@ Digest Lighting::key() const {
     const transport::LatLong& map = m_inputs.map;
     Digester of;
     of(m_inputs.lights, map.width, map.height, map.rgb);
-    if (!m_inputs.expressions.empty()) // which alone know their names
-        for (const transport::LightLabel& label : m_inputs.area_lights)
-            of(label.name, label.group);
+    for (const transport::AreaLight& light : m_inputs.area_lights) {
+        of(light.lobes.diffuse, light.lobes.specular);
+        if (!m_inputs.expressions.empty()) // which alone know their names
+            of(light.label.name, light.label.group);
+    }
     return of.digest();
 }
 

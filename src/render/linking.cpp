@@ -116,11 +116,12 @@ void Linking::add_primitives(const std::vector<scene::Primitive>& primitives, Jo
 }
 
 int32_t Linking::number_area_light(const scene::Attributes& a) {
-    transport::LightLabel label{area_light_name(a), area_light_group(a)};
-    const auto [at, added] =
-        m_area_light_numbers.try_emplace({label.name, label.group}, int32_t(m_area_lights.size()) + 1);
+    const scene::ValueList& given = a.area_light->parameters;
+    transport::AreaLight light{{area_light_name(a), area_light_group(a)},
+                               {given.get_float("diffuse", 1), given.get_float("specular", 1)}};
+    const auto [at, added] = m_area_light_numbers.try_emplace(light, int32_t(m_area_lights.size()) + 1);
     if (added)
-        m_area_lights.push_back(std::move(label));
+        m_area_lights.push_back(std::move(light));
     return at->second;
 }
 

@@ -10,7 +10,7 @@
 #include "base/error.h"
 #include "scene/scene.h"
 #include "store/store.h"
-#include "transport/path_expression.h"
+#include "transport/light_multipliers.h"
 
 namespace kanuka::render {
 
@@ -22,7 +22,7 @@ class Linking {
     store::Links of(const scene::Attributes* attributes) const;
     void apply(std::vector<scene::Light>& lights) const;
     // By store::Links::area_light - 1. Those of parts as well.
-    const std::vector<transport::LightLabel>& area_lights() const { return m_area_lights; }
+    const std::vector<transport::AreaLight>& area_lights() const { return m_area_lights; }
     // A part that is read later: its receivers and area lights. No links name lights in it.
     void add(const scene::Scene& part, Journal& journal);
 
@@ -44,8 +44,8 @@ class Linking {
     std::map<std::string, int> m_index;
     std::map<std::vector<int>, int32_t> m_sets; // to the bit of the set
     std::map<const scene::Attributes*, store::Links> m_links;
-    std::vector<transport::LightLabel> m_area_lights;
-    std::map<std::pair<std::string, std::string>, int32_t> m_area_light_numbers; // by name and group
+    std::vector<transport::AreaLight> m_area_lights;
+    std::map<transport::AreaLight, int32_t> m_area_light_numbers;
     int m_passes = 0;
     bool m_shadowless = false; // something casts no shadows at all
     // Of the last set of lights that were on: most primitives share one.

@@ -139,11 +139,11 @@ static void put(Digester& d, const LightTable& table) {
 }
 void put(Digester& d, const Light& light) {
     const auto& [kind, amount, world_from_light, angle, cone_angle, cone_delta_angle, beam_distribution,
-                 radius, width, height, texture, profile, spectrum, unit, visible_camera, shadows, table,
-                 name, group, lit_sets, passes, where, node, source] = light;
+                 radius, width, height, texture, profile, spectrum, unit, visible_camera, shadows, lobes,
+                 table, name, group, lit_sets, passes, where, node, source] = light;
     d(kind, amount, world_from_light, angle, cone_angle, cone_delta_angle, beam_distribution, radius, width,
-      height, texture, profile, spectrum, unit, visible_camera, shadows, table, name, group, lit_sets,
-      passes);
+      height, texture, profile, spectrum, unit, visible_camera, shadows, lobes.diffuse, lobes.specular, table,
+      name, group, lit_sets, passes);
 }
 void put(Digester& d, const Camera& camera) {
     const auto& [projection, fov, screen_window, camera_from_world, motion, near_clip, far_clip,

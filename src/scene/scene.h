@@ -9,6 +9,7 @@
 #include "base/motion.h"
 #include "base/projection.h"
 #include "base/shared_value.h"
+#include "scene/lobe_multipliers.h"
 #include "scene/node.h"
 #include "scene/values.h"
 
@@ -281,6 +282,7 @@ struct Light {
     std::string unit;            // of the amount: lumen, candela, lux, nit, watt; empty = radiometric
     bool visible_camera = true;
     bool shadows = true; // false: it shines through everything
+    LobeMultipliers lobes;
     // Scales the amount, by direction or place; null = one. Of a quad: its picture, from the top (+y) down.
     std::shared_ptr<const LightTable> table;
     std::string name;

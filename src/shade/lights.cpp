@@ -20,8 +20,8 @@ constexpr std::string_view ShadowMapParameters[] = {"shadowname", "sfpx", "sfnx"
                                                     "sfnz",       "blur", "bias", "width", "samples"};
 constexpr std::span<const std::string_view> ShadowMapFaces = std::span(ShadowMapParameters).subspan(1, 6);
 
-constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor", "spectrum",
-                                               "unit",      "group",      "__group"};
+constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor", "spectrum", "unit",
+                                               "diffuse",   "specular",   "group",    "__group"};
 
 std::string joined(std::span<const std::string_view> names) {
     std::string all;

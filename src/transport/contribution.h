@@ -31,10 +31,25 @@ template <int W>
     }
 }
 
+// Light that paths came to by themselves, as the lobes that they left last show it. Of sampled light the
+// shadow ray has it already.
+template <int W>
+[[gnu::noinline]] void multiply_by_lobes(const LobeShares& lobes, Contribution<W>& c, Mask<W> m) {
+    change_lanes(c.radiance, m.bits(), [&](int i, LobeShares::Spectrum4& radiance) {
+        lobes.multiply(radiance, c.path[i], c.light[i]);
+    });
+}
+
 // Adds to the radiance of paths, each lane one of its own. The radiance of a contribution is the sum of its
 // four parts, which are weighted among each other already.
 template <int W>
-void contribute(BatchState& batch, const Contribution<W>& c, Mask<W> m) {
+void contribute(BatchState& batch, const Contribution<W>& found, Mask<W> m) {
+    Contribution<W> c = found;
+    if (batch.lobes && c.ray < 0) [[unlikely]] {
+        Contribution<W> shown = found; // so that `c` itself may stay in registers
+        multiply_by_lobes(*batch.lobes, shown, m);
+        c = shown;
+    }
     const Int<W> at = c.path << 2;
     Row<W, 4> sum = load_rows<4>(batch.radiance, at);
     Float<W> scale(1.0f);

@@ -10,6 +10,8 @@
 
 namespace kanuka::transport {
 
+struct LightMultipliers;
+
 // Words of four bytes, gathered by lanes; see light_shapes.h. What most lights are sampled by lies in the
 // first cache line: there may be many, and each is sampled seldom.
 struct alignas(64) AnalyticLight {
@@ -131,6 +133,7 @@ struct LightsView {
     std::span<const int32_t> fog_lamps;
     // What light sampling needs to know again where a ray hits a light: paths carry the normal they left.
     bool keeps_normals = false;
+    const LightMultipliers* multipliers = nullptr; // null = no light has some
 };
 
 } // namespace kanuka::transport

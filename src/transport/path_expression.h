@@ -54,7 +54,7 @@ struct PathAutomaton {
 // By which expressions name a light: its name or handle, and its groups, parted by blanks.
 struct LightLabel {
     std::string name, group;
-    bool operator==(const LightLabel&) const = default;
+    auto operator<=>(const LightLabel&) const = default;
 };
 
 // The names of the lights of each class, by which expressions mean them. Class 0 is what shines of itself.

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/rows.h"
-#include "transport/path_shares.h"
+#include "transport/light_multipliers.h"
 #include "transport/scene_view.h"
 
 namespace kanuka::transport {
@@ -79,6 +79,8 @@ struct alignas(64) BatchState {
     uint32_t reversed_progression;
     std::vector<float> aovs;            // BatchPadded values a channel of those that displays ask for
     std::unique_ptr<PathShares> shares; // null = nobody asks for light path expressions
+    std::unique_ptr<LobeShares> lobes;  // null = no light has multipliers
+    bool asks_for_lobes() const { return shares || lobes; }
 };
 
 struct alignas(64) HitState {

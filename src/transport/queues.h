@@ -38,13 +38,17 @@ template <int W>
     queue.count += compress_rows(queue.row[at], s.row, bits);
 }
 
-// Expressions are told how the paths of `bits` go on.
+// Those that ask for lobes are told how the paths of `bits` go on.
 template <int W>
-[[gnu::noinline]] void note_scattering(PathShares& shares, Int<W> path, const ScatteringEvent<W>& event,
+[[gnu::noinline]] void note_scattering(BatchState& batch, Int<W> path, const ScatteringEvent<W>& event,
                                        uint32_t bits) {
     for (; bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
-        shares.scatter(path[i], PathShares::Event(event, i));
+        const PathShares::Event one(event, i);
+        if (batch.shares)
+            batch.shares->scatter(path[i], one);
+        if (batch.lobes)
+            batch.lobes->scatter(path[i], one);
     }
 }
 
@@ -59,13 +63,18 @@ struct ShadowRay {
     MisShares<W> shares;
 };
 
-// And of the rays of `bits`, which are queued next.
+// And of the rays of `bits`, which are queued next: `contribution` becomes what the lobes of the event show.
 template <int W>
-[[gnu::noinline]] void note_rays(PathShares& shares, const RayQueue& queue, Int<W> path,
-                                 const ScatteringEvent<W>& event, Int<W> light, uint32_t bits) {
-    for (int at = queue.count; bits; bits &= bits - 1, at++) {
+[[gnu::noinline]] void note_rays(BatchState& batch, const RayQueue& queue, Int<W> path,
+                                 const ScatteringEvent<W>& event, Int<W> light, Spectrum<W>& contribution,
+                                 uint32_t bits) {
+    if (batch.lobes)
+        change_lanes(contribution, bits, [&](int i, LobeShares::Spectrum4& radiance) {
+            batch.lobes->multiply(radiance, PathShares::Event(event, i), light[i]);
+        });
+    for (int at = queue.count; batch.shares && bits; bits &= bits - 1, at++) {
         const int i = __builtin_ctz(bits);
-        shares.cast(at, path[i], PathShares::Event(event, i), light[i]);
+        batch.shares->cast(at, path[i], PathShares::Event(event, i), light[i]);
     }
 }
 

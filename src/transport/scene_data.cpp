@@ -101,19 +101,60 @@ class LightClasses {
     std::vector<LightNames> m_classes{{}, {}}; // what shines of itself; lights without a name
 };
 
-// Area lights are lights; all else of the store that emits shines of itself.
-std::vector<uint8_t> classes_of_emitters(const SceneInputs& in, LightClasses& classes) {
-    std::vector<uint8_t> of_light{0}, of_emitter(in.store->emitters().size(), 0);
-    for (const LightLabel& label : in.area_lights)
-        of_light.push_back(classes.of(std::span(&label, 1)));
-    for (int s = 0; s < int(in.store->shapes().size()); s++) {
-        const store::ShapeRecord& shape = in.store->shapes()[size_t(s)];
-        const int light = in.store->links_of(s).area_light;
-        if (shape.emitter >= 0 && light > 0)
+// Of each emitter of the store. Area lights are lights; all else that emits shines of itself, and is 0.
+std::vector<int32_t> area_lights_of_emitters(const store::Store& store) {
+    std::vector<int32_t> of_emitter(store.emitters().size(), 0);
+    for (int s = 0; s < int(store.shapes().size()); s++) {
+        const store::ShapeRecord& shape = store.shapes()[size_t(s)];
+        if (shape.emitter >= 0)
             std::fill_n(of_emitter.begin() + shape.emitter, store::emitter_count(shape),
-                        of_light[size_t(light)]);
+                        std::max(store.links_of(s).area_light, 0));
     }
     return of_emitter;
+}
+
+std::vector<uint8_t> classes_of_emitters(const SceneInputs& in, LightClasses& classes) {
+    std::vector<uint8_t> of_light{0}, of_emitter;
+    for (const AreaLight& light : in.area_lights)
+        of_light.push_back(classes.of(std::span(&light.label, 1)));
+    for (const int32_t light : area_lights_of_emitters(*in.store))
+        of_emitter.push_back(of_light[size_t(light)]);
+    return of_emitter;
+}
+
+// Constant environments are one light to transport, and so are pictures: the first's multipliers are all
+// theirs.
+LobeMultipliers multipliers_of_environment(const SceneInputs& in, bool picture, Journal& journal) {
+    const LobeMultipliers* first = nullptr;
+    for (const scene::Light& light : in.lights) {
+        if (light.kind != scene::Light::Kind::Environment ||
+            picture != (!light.texture.empty() || light.table != nullptr))
+            continue;
+        if (first && *first != light.lobes)
+            journal.warning(light.where, "environments that differ in \"diffuse\" or \"specular\" are shown "
+                                         "as the first of them says");
+        else if (!first)
+            first = &light.lobes;
+    }
+    return first ? *first : LobeMultipliers();
+}
+
+void fill_multipliers(SceneData& data, const SceneInputs& in, Journal& journal) {
+    const auto has_none = [](const auto& light) { return light.lobes.none(); };
+    if (std::ranges::all_of(in.lights, has_none) && std::ranges::all_of(in.area_lights, has_none))
+        return;
+    auto all = std::make_unique<LightMultipliers>();
+    all->of_light.assign(size_t(-LightId::Least), {});
+    all->of_light[LightId::Constant - LightId::Least] = multipliers_of_environment(in, false, journal);
+    all->of_light[LightId::Picture - LightId::Least] = multipliers_of_environment(in, true, journal);
+    for (const AnalyticLight& light : data.view.lights.analytic)
+        all->of_light.push_back(in.lights[size_t(light.source)].lobes);
+    all->of_area_light.emplace_back();
+    for (const AreaLight& light : in.area_lights)
+        all->of_area_light.push_back(light.lobes);
+    all->area_light = area_lights_of_emitters(*in.store);
+    data.multipliers = std::move(all);
+    data.view.lights.multipliers = data.multipliers.get();
 }
 
 void fill_expressions(SceneData& data, const SceneInputs& in) {
@@ -157,6 +198,7 @@ SceneData::SceneData(const SceneInputs& in, Journal& journal) {
     fill_media(*this, *in.store, in.volume_depth, journal);
     fill_lights(*this, in, palette, journal);
     fill_expressions(*this, in);
+    fill_multipliers(*this, in, journal);
     spectra = palette.tables(); // those of lights are there now
     view.spectra.tables = spectra;
 }

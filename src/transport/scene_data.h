@@ -10,6 +10,7 @@
 #include "color/palette.h"
 #include "color/sensor.h"
 #include "scene/scene.h"
+#include "transport/light_multipliers.h"
 #include "transport/scene_view.h"
 #include "transport/wavelengths.h"
 
@@ -26,7 +27,7 @@ struct SceneInputs {
     std::span<const bvh::GroupDesc> groups; // the last is the world; bvh::number_emitters() has been there
     bool instanced = false;
     std::vector<scene::Light> lights;
-    std::vector<LightLabel> area_lights;   // by store::Links::area_light - 1
+    std::vector<AreaLight> area_lights;    // by store::Links::area_light - 1
     color::Palette* palette = nullptr;     // what RGB means; null = Rec.709
     const color::Sensor* sensor = nullptr; // null = the 1931 observer, Rec.709
     LatLong map;                           // of the environment light that has a texture, if any
@@ -82,6 +83,7 @@ struct SceneData {
     std::vector<float> spectra; // SpectraView::tables
     std::vector<uint8_t> aov_is_color;
     std::unique_ptr<const PathExpressions> expressions;
+    std::unique_ptr<const LightMultipliers> multipliers;
 
     SceneData() = default;
     // `inputs` and what it points to must outlive the view.

@@ -142,16 +142,16 @@ template <int W>
         denominator += ratio[k] * fma(sigma * left[k], by_collisions, by_angle);
     }
     const F scattered = phase_between(scene, interior, dot(d, s.wi), m);
-    const Spectrum<W> contribution = spectrum_of(ray, PathQueue::Throughput) * left * medium.scattering *
-                                     s.radiance * (scattered / max(denominator, F(1e-30f)));
+    Spectrum<W> contribution = spectrum_of(ray, PathQueue::Throughput) * left * medium.scattering *
+                               s.radiance * (scattered / max(denominator, F(1e-30f)));
     m &= s.valid & !(bsdf::mean(contribution) <= zero);
     const uint32_t bits = m.bits();
     if (!bits)
         return;
     const I seed = seed_of(seeds::FogShadowRay, bitcast_int(ray[PathQueue::PixelHash]), bounce,
                            batch.reversed_progression);
-    if (batch.shares)
-        note_rays(*batch.shares, rays, path, ScatteringEvent<W>::of_volume(), light, bits);
+    if (batch.asks_for_lobes())
+        note_rays(batch, rays, path, ScatteringEvent<W>::of_volume(), light, contribution, bits);
     queue_rays(scene, rays,
                ShadowRay<W>{receiver.P,
                             s.wi,

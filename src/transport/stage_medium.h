@@ -155,8 +155,8 @@ class MediumStage {
         row[PathQueue::PdfEmitterChoice] = chooser.pdf(m_scene.lights.emitter_choice);
         row[PathQueue::PdfMapChoice] = chooser.pdf(m_scene.lights.map_choice);
         const V nowhere(F(0.0f), F(0.0f), F(0.0f));
-        if (m_batch.shares)
-            note_scattering(*m_batch.shares, path, ScatteringEvent<W>::of_volume(), bits);
+        if (m_batch.asks_for_lobes())
+            note_scattering(m_batch, path, ScatteringEvent<W>::of_volume(), bits);
         continue_paths(m_scene, m_next,
                        PathSegment<W>{row, weights.ratio, nowhere, receiver.set, media, F(0.0f),
                                       (events & I(Events::Camera - 1)) + I(Events::Inside)},
@@ -189,15 +189,15 @@ class MediumStage {
         const F weight = F(1.0f) / max(denominator, F(1e-30f));
         shares.light = by_light * weight;
         shares.direction = by_directions * weight;
-        const S contribution = weights.throughput * light.radiance * (density * weight);
+        S contribution = weights.throughput * light.radiance * (density * weight);
         const M m = active & light.valid & !(bsdf::mean(contribution) <= F(0.0f));
         const uint32_t bits = m.bits();
         if (!bits)
             return;
         const I pixel = bitcast_int(ray[PathQueue::PixelHash]), path = bitcast_int(ray[PathQueue::Path]);
-        if (m_batch.shares)
-            note_rays(*m_batch.shares, m_shadow_rays, path, ScatteringEvent<W>::of_volume(), light.light,
-                      bits);
+        if (m_batch.asks_for_lobes())
+            note_rays(m_batch, m_shadow_rays, path, ScatteringEvent<W>::of_volume(), light.light,
+                      contribution, bits);
         queue_rays(m_scene, m_shadow_rays,
                    ShadowRay<W>{receiver.P, light.wi, light.distance, contribution, path,
                                 seed_of(seeds::ShadowRay, pixel, m_bounce, m_batch.reversed_progression),

@@ -115,11 +115,12 @@ class SurfaceStage : public SurfaceLight<W> {
     // all of its pixel, bits reversed.
     void cast_to_light(const Scattering<W>& s, const LightSample<W>& light, const S& f, const S& contribution,
                        M m, const MisShares<W>& shares, uint32_t number) {
-        if (m_at.batch.shares)
-            note_rays(*m_at.batch.shares, this->m_shadow_rays, s.h.path,
+        S shown = contribution;
+        if (m_at.batch.asks_for_lobes())
+            note_rays(m_at.batch, this->m_shadow_rays, s.h.path,
                       event_of(s, s.h.to_local(light.wi), dot(light.wi, s.h.horizon), f, m), light.light,
-                      m.bits());
-        this->queue_shadow(s.h, light.wi, light.distance, contribution, light.passes, m, shares, number);
+                      shown, m.bits());
+        this->queue_shadow(s.h, light.wi, light.distance, shown, light.passes, m, shares, number);
     }
     void cast_to_light(const Scattering<W>& s, const LightSample<W>& light, const S& f, const S& contribution,
                        M m) {
@@ -233,8 +234,8 @@ class SurfaceStage : public SurfaceLight<W> {
                              s.chooser.pdf(m_at.scene.lights.emitter_choice),
                              s.chooser.pdf(m_at.scene.lights.map_choice),
                              bitcast_float(interior)};
-        if (m_at.batch.shares)
-            note_scattering(*m_at.batch.shares, h.path, event_of(s, wi, through, mis, m), bits);
+        if (m_at.batch.asks_for_lobes())
+            note_scattering(m_at.batch, h.path, event_of(s, wi, through, mis, m), bits);
         continue_paths(m_at.scene, m_next,
                        PathSegment<W>{row, ratio, s.receiver.N, s.receiver.set, media, F(0.0f), events},
                        bits);

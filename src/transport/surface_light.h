@@ -35,10 +35,11 @@ class SurfaceLight {
     // Light that counts if nothing is in its way; to expressions it is reflected diffusely. `passes`: shadow
     // linking, see AnalyticLight.
     void cast_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m) {
-        if (m_at.batch.shares)
-            note_rays(*m_at.batch.shares, m_shadow_rays, h.path, ScatteringEvent<W>::reflected(),
-                      I(LightId::Unnamed), m.bits());
-        queue_shadow(h, wi, distance, contribution, passes, m, {}, m_at.batch.reversed_progression);
+        S shown = contribution;
+        if (m_at.batch.asks_for_lobes())
+            note_rays(m_at.batch, m_shadow_rays, h.path, ScatteringEvent<W>::reflected(), I(LightId::Unnamed),
+                      shown, m.bits());
+        queue_shadow(h, wi, distance, shown, passes, m, {}, m_at.batch.reversed_progression);
     }
     // `number`: of the sample among all of its pixel, bits reversed.
     void queue_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m,

@@ -29,6 +29,8 @@ class Tracer {
         m->batch.aovs.assign(scene.settings.aov_is_color.size() * BatchPadded, 0.0f);
         if (scene.settings.expressions)
             m->batch.shares = std::make_unique<PathShares>(*scene.settings.expressions, BatchPadded);
+        if (scene.lights.multipliers)
+            m->batch.lobes = std::make_unique<LobeShares>(*scene.lights.multipliers, BatchPadded);
     }
 
     const SceneView& scene;
@@ -42,6 +44,8 @@ class Tracer {
         m_reversed = reverse_bits_scalar(request.progression);
         if (m->batch.shares)
             m->batch.shares->begin((request.x1 - request.x0) * (request.y1 - request.y0));
+        if (m->batch.lobes)
+            m->batch.lobes->begin();
     }
     int bounce() const { return m_bounce; }
     int count() const { return m->paths[m_bounce & 1].count; } // paths that live

@@ -53,9 +53,6 @@ def filter_kind(prim: Usd.Prim) -> str:
 
 def limits(light: Usd.Prim, time: Usd.TimeCode) -> list[str]:
     api, shadow, found = UsdLux.LightAPI(light), UsdLux.ShadowAPI(light), []
-    diffuse, specular = api.GetDiffuseAttr().Get(time), api.GetSpecularAttr().Get(time)
-    if diffuse != specular:
-        found.append("multipliers of diffuse or specular light alone are not read")
     if shadow.GetShadowEnableAttr().Get(time) is not False:
         color = shadow.GetShadowColorAttr().Get(time)
         if color is not None and any(color):

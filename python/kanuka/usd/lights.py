@@ -40,12 +40,15 @@ def emission(light: UsdLux.LightAPI, time: Usd.TimeCode, spaces: Spaces) -> np.n
     if light.GetEnableColorTemperatureAttr().Get(time):
         kelvin = decimal(light.GetColorTemperatureAttr(), time, 6500)
         color = color * spaces.from_rec709(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
-    # Kanuka's lights have no multipliers by lobe; what both say goes for all light.
-    diffuse, specular = (decimal(a, time, 1) for a in (light.GetDiffuseAttr(), light.GetSpecularAttr()))
-    color = color * (diffuse if diffuse == specular else 1)
     if not np.isfinite(color).all() or (color < 0).any():
         raise ValueError(f"its brightness is {', '.join(f'{x:g}' for x in color)}: numbers of 0 or more are called for")
     return color
+
+
+def multipliers(light: UsdLux.LightAPI, time: Usd.TimeCode) -> dict[str, float]:
+    """By lobes, of those that are not 1."""
+    found = {"diffuse": light.GetDiffuseAttr(), "specular": light.GetSpecularAttr()}
+    return {lobes: factor for lobes, attribute in found.items() if (factor := decimal(attribute, time, 1)) != 1}
 
 
 def scales(matrix: np.ndarray) -> np.ndarray:
@@ -73,6 +76,7 @@ class Light:
         api = UsdLux.LightAPI(self.prim)
         self.name = str(self.prim.GetPath())
         self.amount = emission(api, self.time, self.spaces)
+        self.lobes = multipliers(api, self.time)
         self.normalize = bool(api.GetNormalizeAttr().Get(self.time))
         self.scales = scales(self.matrix)
         if not np.isfinite(self.matrix).all() or not self.scales.all():
@@ -96,7 +100,12 @@ class Light:
             return ""
 
     def add(self, kind: str, **settings: object) -> None:
-        self.scene.add_light(kind, name=self.name, **settings)
+        self.scene.add_light(kind, name=self.name, **self.lobes, **settings)
+
+    def surface(self, add: Callable[..., object], *shape: object, **settings: object) -> None:
+        """Geometry that shines by its material."""
+        dark = kanuka.Shader("arealight", intensity=0.0, **self.lobes)
+        add(*shape, area_light=dark, name=self.name, **settings)
 
     def cluster(
         self, shaping: Shaping, body: shaped_lights.Body, local: tuple[np.ndarray, float], intensity: np.ndarray
@@ -105,7 +114,7 @@ class Light:
         places = local[0] @ self.matrix[:3, :3].T + self.matrix[:3, 3]
         radius = local[1] / 2 * float(self.scales.min())
         turned = unstretched(self.matrix)
-        shaped_lights.add_cluster(self.scene, shaping, self.folder, body, places, turned, intensity, radius, self.name)
+        shaped_lights.add_cluster(self.add, shaping, self.folder, body, places, turned, intensity, radius)
 
 
 def add_distant(light: Light) -> None:
@@ -149,7 +158,7 @@ def add_flat(light: Light, area: float, local: Callable[[], tuple[np.ndarray, fl
     elif light.solid and shaped_lights.is_lobe(shaping):
         texture = light.texture()
         material = shaped_lights.lobe_material(shaping, light.folder, radiance, texture)
-        surface(material=material, area_light=(0, 0, 0), name=light.name)
+        surface(material=material)
     else:
         if light.texture():
             light.say("warning", f"{light.name}: with this shaping its picture is not read; it shines as without")
@@ -170,7 +179,7 @@ def add_rect(light: Light) -> None:
         light.add("quad", amount=radiance, width=width, height=height, transform=light.matrix, **settings)
 
     def surface(**settings) -> None:
-        light.scene.add_mesh(corners, [[0, 1, 2, 3]], uv=uv, transform=light.matrix, **settings)
+        light.surface(light.scene.add_mesh, corners, [[0, 1, 2, 3]], uv=uv, transform=light.matrix, **settings)
 
     add_flat(
         light,
@@ -189,7 +198,7 @@ def add_disk(light: Light) -> None:
         light.add("disk", amount=radiance, radius=radius, transform=light.matrix)
 
     def surface(**settings) -> None:
-        light.scene.add_disk(radius, transform=light.matrix @ TURNED, **settings)
+        light.surface(light.scene.add_disk, radius, transform=light.matrix @ TURNED, **settings)
 
     add_flat(
         light, math.pi * radius**2 * sx * sy, lambda: shaped_lights.over_disk(radius, light.members), surface, plain
@@ -240,6 +249,7 @@ def add_sphere(light: Light) -> None:
 def add_portal(light: Light) -> None:
     portal = UsdLux.PortalLight(light.prim)
     width, height = size(portal.GetWidthAttr(), light.time), size(portal.GetHeightAttr(), light.time)
+    light.lobes = {}
     light.add("portal", width=width, height=height, transform=light.matrix)
 
 

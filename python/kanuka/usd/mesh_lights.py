@@ -11,7 +11,7 @@ import kanuka
 from kanuka.looks.colors import Lookup
 from kanuka.looks.files import Files
 
-from .lights import emission
+from .lights import emission, multipliers
 from .linking import name_of
 from .materials import Shine
 from .shaping import Shapings
@@ -30,6 +30,7 @@ class Glow:
     name: str
     radiance: tuple[float, float, float]
     mode: str
+    lobes: dict[str, float]
     picture: tuple[str, Lookup] | None = None
 
     @property
@@ -39,7 +40,7 @@ class Glow:
     def area_light(self, tinted: bool) -> kanuka.Shader:
         """Beside a material that shines by itself it says only which light that is."""
         color = (0.0, 0.0, 0.0) if tinted else self.radiance
-        return kanuka.Shader("arealight", intensity=1.0, lightcolor=color, group=self.name)
+        return kanuka.Shader("arealight", intensity=1.0, lightcolor=color, group=self.name, **self.lobes)
 
 
 class MeshLights:
@@ -81,7 +82,8 @@ class MeshLights:
             self._say("error", f"{light.GetPath()}: {error}. It does not shine")
             return None
         mode = str(api.GetMaterialSyncModeAttr().Get(time))
-        return Glow(name_of(light), tuple(float(x) for x in amount), mode, self._picture(light, time))
+        radiance = tuple(float(x) for x in amount)
+        return Glow(name_of(light), radiance, mode, multipliers(api, time), self._picture(light, time))
 
     def _picture(self, light: Usd.Prim, time: Usd.TimeCode) -> tuple[str, Lookup] | None:
         """Of the attribute that other lights have; it lies on the mesh by its st."""

@@ -113,7 +113,7 @@ def over_line(length: float, radius: float, members: int) -> tuple[np.ndarray, f
 
 
 def add_cluster(
-    scene: kanuka.Scene,
+    add_light: Callable[..., None],
     shaping: Shaping,
     folder: Files,
     body: Body,
@@ -121,14 +121,13 @@ def add_cluster(
     turned: np.ndarray,
     intensity: np.ndarray,
     radius: float,
-    name: str,
 ) -> None:
     """Points at `places` in the world, (N, 3), turned as a matrix says, which have an intensity together: that of the
     body straight to where it sends most, without shaping."""
     edge = min(shaping.cone, body.reach)
     plain = shaping.profile is None and shaping.softness == 0
     for color, focus in shaping.parts():
-        settings: dict[str, object] = {"radius": radius, "name": name}
+        settings: dict[str, object] = {"radius": radius}
         amount = intensity * color / len(places)
         exponent = math.nan if body.exponent is None else body.exponent + focus
         # A spot's own power of the cosine is a whole one, and looks forwards alone.
@@ -142,4 +141,4 @@ def add_cluster(
         for place in places:
             matrix = turned.copy()
             matrix[:3, 3] = place
-            scene.add_light(kind, amount=amount, transform=matrix, **settings)
+            add_light(kind, amount=amount, transform=matrix, **settings)

@@ -32,7 +32,8 @@ constexpr std::string_view ShapedLights[] = {"PxrAreaLight",   "PxrStdAreaLight"
 
 // What all lights have, and what is taken account of below.
 constexpr std::string_view LightParameters =
-    "intensity exposure lightColor areaNormalize primaryVisibility lightGroup lightColorGamma "
+    "intensity exposure lightColor areaNormalize primaryVisibility lightGroup lightColorGamma diffuse "
+    "specular "
     "traceLightPaths enableShadows fixedSampleCount importanceMultiplier";
 
 } // namespace
@@ -128,6 +129,9 @@ void ris_light(Context& c, Call& call) {
             float(theirs.get_int("primaryVisibility", 1) != 0 && c.attributes.shared->visible_camera));
     if (const std::string group = theirs.get_string("lightGroup", ""); !group.empty())
         set(to, "group", group);
+    for (const char* lobes : {"diffuse", "specular"})
+        if (const float factor = theirs.get_float(lobes, 1); factor != 1)
+            set(to, lobes, factor);
     ris::report_rest(c, call, *mapping, LightParameters);
     // Portals have no light of their own.
     if (const scene::LightKind* kind = scene::find_light_shader(mapping->ours)) {

@@ -49,13 +49,14 @@ enum : uint32_t {
     Aimed = Distant | Point | Spot | Quad | Disk | Cylinder | Portal,
     All = (1 << 12) - 1,
     Shining = All & ~Portal,
+    Scaled = Shining & ~Ambient,
 };
 static_assert(std::size(Kinds) == 12);
 
 template <auto... Path>
 constexpr auto at = At<Path...>::template in<S>();
-template <auto Member>
-constexpr auto of_light = At<&S::light, Member>::template in<S>();
+template <auto... Path>
+constexpr auto of_light = At<&S::light, Path...>::template in<S>();
 
 std::optional<std::string> fault_of_unit(const Setting& v) {
     if (v.texts[0].empty() || is_word_of(v.texts[0], "lumen candela lux nit watt"))
@@ -126,6 +127,12 @@ const LightParameter Rows[] = {
     {Area | Dome | Distant | Sun, {.name = "visible_camera", .rib = "visible",
       .about = "whether the camera sees the light itself"},
      of_light<&L::visible_camera>},
+    {Scaled, {.name = "diffuse", .rib = "diffuse", .about = "how much of its light diffuse lobes show",
+      .unit = "factor", .range = NotNegative},
+     of_light<&L::lobes, &LobeMultipliers::diffuse>},
+    {Scaled, {.name = "specular", .rib = "specular", .about = "and all other lobes", .unit = "factor",
+      .range = NotNegative},
+     of_light<&L::lobes, &LobeMultipliers::specular>},
     {All, {.name = "name", .about = "by which `lights_off` and `shadows_off` of objects mean it"},
      of_light<&L::name>},
     {Shining, {.name = "group", .rib = "group __group", .about = "by which they mean several",
