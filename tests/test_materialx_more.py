@@ -205,30 +205,50 @@ def rodrigues(v, angle, axis):
     return v * c + np.cross(v, a) * s + a * (v @ a)[..., None] * (1 - c)
 
 
+UP, BASE, ABOVE = [0, 0, 1], [0.6, 0, 0.8], [0, 0.6, 0.8]
+
+
 @pytest.mark.parametrize(
-    ("coat", "own", "expected", "told"),
+    ("coat", "maps", "expected", "expected_of_coat"),
     [
-        (False, True, [0, 0, 1], []),  # no coat, so that its normal is nothing
-        (True, True, [0, 0.6, 0.8], ["what lies below the coat has it too"]),
-        (True, False, [0.6, 0, 0.8], ["a surface has one normal, that of geometry_normal"]),
+        (0.0, ("above",), UP, None),  # no coat, so that its normal is nothing
+        (1.0, ("above",), UP, ABOVE),
+        (1.0, ("base", "above"), BASE, ABOVE),
+        (1.0, ("base",), BASE, UP),  # smooth over what is below
+        (1.0, (), UP, None),
     ],
 )
-def test_a_coat_and_its_base_have_one_normal(coat: bool, own: bool, expected: list[float], told: list[str]):
+@pytest.mark.parametrize(
+    ("identifier", "names"),
+    [
+        (STANDARD, ("coat", "normal", "coat_normal")),
+        (OPEN, ("coat_weight", "geometry_normal", "geometry_coat_normal")),
+        (GLTF, ("clearcoat", "normal", "clearcoat_normal")),
+    ],
+)
+def test_a_coat_has_its_own_normal(identifier, names, coat, maps, expected, expected_of_coat):
     graph = Graph()
-    base = graph.node("base", "ND_normalmap_float", in_=Gf.Vec3f(0.8, 0.5, 0.9))
-    above = graph.node("above", "ND_normalmap_float", in_=Gf.Vec3f(0.5, 0.8, 0.9))
-    given = {"geometry_coat_normal": (above, "out")} | ({} if own else {"geometry_normal": (base, "out")})
-    found = normals(surface(OPEN, graph, coat_weight=float(coat), **given))
+    numbers = {"base": Gf.Vec3f(0.8, 0.5, 0.9), "above": Gf.Vec3f(0.5, 0.8, 0.9)}
+    nodes = {name: (graph.node(name, "ND_normalmap_float", in_=numbers[name]), "out") for name in maps}
+    given = {input_: nodes[name] for input_, name in zip(names[1:], ("base", "above"), strict=True) if name in nodes}
+    surface(identifier, graph, **{names[0]: coat}, **given)
+    found = normals(graph)
     assert found == pytest.approx(np.broadcast_to(expected, found.shape), abs=1e-5)
-    assert len(graph.told) == len(told) and all(a in b for a, b in zip(told, graph.told, strict=True))
+    own = slots(graph, 4, **dict(zip(("usd_st_0", "usd_st_1"), np.meshgrid(*[np.linspace(0, 1, 4)] * 2), strict=True)))
+    assert ("coat.normal" in own) == (expected_of_coat is not None)
+    if expected_of_coat:
+        found = own["coat.normal"]
+        assert found == pytest.approx(np.broadcast_to(expected_of_coat, found.shape), abs=1e-5)
+    assert graph.told == []
 
 
-def test_one_normal_map_for_coat_and_base_is_nothing_to_tell():
+def test_one_normal_map_for_coat_and_base_is_theirs():
     graph = Graph()
     node = graph.node("n", "ND_normalmap_float", in_=Gf.Vec3f(0.8, 0.5, 0.9))
-    found = normals(surface(STANDARD, graph, coat=1.0, normal=(node, "out"), coat_normal=(node, "out")))
-    assert found == pytest.approx(np.broadcast_to([0.6, 0, 0.8], found.shape), abs=1e-5)
-    assert graph.told == []
+    surface(STANDARD, graph, coat=1.0, normal=(node, "out"), coat_normal=(node, "out"))
+    found = normals(graph)
+    assert found == pytest.approx(np.broadcast_to(BASE, found.shape), abs=1e-5)
+    assert "coat.normal" not in slots(graph) and graph.told == []
 
 
 def test_thin_walls_scatter_forwards_as_far_as_the_cosine_says():

@@ -19,7 +19,7 @@ from kanuka import messages, standins
 from kanuka.looks.files import Files, write
 from kanuka.looks.material import MadeMaterial
 from kanuka.looks.rsl import Stage, Value, Writer, halves, primvar_name
-from kanuka.looks.surface import Surface, text_of
+from kanuka.looks.surface import Normal, Surface, text_of
 
 __all__ = ["SUFFIXES", "add_file", "convert", "is_model", "load"]
 
@@ -262,7 +262,7 @@ class Reader:
             surface.presence = Value("float", there)
         bent = Look(self, writer, displacing, look.st).texture(pbr.normalTexture, "raw", None)
         if bent:
-            surface.normal = Value("vector", f"2 * {bent.to('vector').text} - vector(1, 1, 1)")
+            surface.normal = Normal(Value("vector", f"2 * {bent.to('vector').text} - vector(1, 1, 1)"))
 
 
 @dataclass

@@ -36,7 +36,7 @@ Hit random_hit(const grid::LobeDecl& decl, uint32_t given, Uniform& u) {
                                     : rough ? one
                                             : end(input.low, amount ? 5.0f : input.high);
             color++;
-        } else if (decl.id != LobeId::AimedBsdf) {
+        } else if (decl.id != LobeId::AimedBsdf && input.type != grid::InputType::Normal) {
             float v = is ? end(input.low, std::min(input.high, 1e4f)) : input.fallback.x;
             if (is && !input.names.empty())
                 v = std::floor(u.one() * float(input.names.size()));

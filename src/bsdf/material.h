@@ -15,22 +15,27 @@ template <int W>
 class Material {
   public:
     // `outside`: wo is on the outside of the surface. l: normalised wavelengths; outer: index of refraction
-    // of what is outside, null = 1. Both must outlive the material.
+    // of what is outside, null = 1. normals: of the lobes that have their own, by leaf, in the frame of wo;
+    // null = nobody has. All must outlive the material.
     template <class Fetch>
     Material(const MaterialCode& code, const Fetch& fetch, Mask<W> outside, const Vec3<Float<W>>& wo,
-             const Float<W> l[Wavelengths], const Float<W>* outer = nullptr)
-        : m_code(code) {
+             const Float<W> l[Wavelengths], const Float<W>* outer = nullptr,
+             const Vec3<Float<W>>* normals = nullptr)
+        : m_code(code), m_turned(normals ? code.turned : 0) {
         if (code.leaves == 0) { // boundaries of media alone may have none
             m_black = Mask<W>(true);
             return;
         }
+        for (uint32_t bits = m_turned; bits; bits &= bits - 1)
+            m_turn[__builtin_ctz(bits)] = Turn<W>(normals[__builtin_ctz(bits)]);
         for (size_t i = 0; i < code.nodes.size(); i++) {
             const MaterialCode::Node& n = code.nodes[i];
             m_node_weight[i] = n.weight.word < 0 ? Float<W>(1.0f) : fetch.number(n.weight);
             if (n.leaf >= 0) {
                 decode(n, fetch);
+                m_lobe[n.leaf] = n.lobe;
                 if (n.lobe != LobeId::LambertBrdf && code.beds.empty())
-                    prepare_lobe(n.lobe, m_inputs[n.leaf], wo, outside, l, outer);
+                    prepare_lobe(n.lobe, m_inputs[n.leaf], view_of(n.leaf, wo), outside, l, outer);
             }
         }
         if (!code.beds.empty())
@@ -48,14 +53,11 @@ class Material {
             if (leaf < 0)
                 continue;
             Spectrum<W> albedo =
-                m_weight[leaf] * (code.bed_of_leaf[leaf] >= 0
-                                      ? m_seen[leaf]
-                                      : albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], wo));
+                m_weight[leaf] * (code.bed_of_leaf[leaf] >= 0 ? m_seen[leaf] : albedo_of(leaf, wo));
             if (code.absorbs) // on the way in at 45 degrees, about the mean
                 albedo *= crossing(leaf, Float<W>(0.7f));
             m_albedo += albedo;
             total += m_share[leaf] = max(mean(albedo), Float<W>(0.0f));
-            m_lobe[leaf] = code.nodes[i].lobe;
         }
         const Float<W> inv = Float<W>(1.0f) / max(total, Float<W>(1e-20f));
         for (int k = 0; k < code.leaves; k++)
@@ -69,7 +71,7 @@ class Material {
 
     LobeValue<W> eval(const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi) const {
         if (m_code.leaves == 1) {
-            LobeValue<W> v = eval_lobe(m_lobe[0], m_inputs[0], wo, wi);
+            LobeValue<W> v = eval_leaf(0, wo, wi);
             v.f *= m_weight[0];
             return v;
         }
@@ -77,7 +79,7 @@ class Material {
             return eval_layered(wo, wi, ~0u);
         LobeValue<W> sum{Spectrum<W>(Float<W>(0.0f)), Spectrum<W>(Float<W>(0.0f))};
         for (int k = 0; k < m_code.leaves; k++) {
-            const LobeValue<W> v = eval_lobe(m_lobe[k], m_inputs[k], wo, wi);
+            const LobeValue<W> v = eval_leaf(k, wo, wi);
             sum.f += m_code.absorbs ? v.f * m_weight[k] * way_in(k, wi) : v.f * m_weight[k];
             sum.pdf += v.pdf * m_share[k];
         }
@@ -97,7 +99,7 @@ class Material {
             return eval_layered(wo, wi, leaves).f;
         for (int k = 0; k < m_code.leaves; k++)
             if (leaves >> k & 1) {
-                const Spectrum<W> f = eval_lobe(m_lobe[k], m_inputs[k], wo, wi).f * m_weight[k];
+                const Spectrum<W> f = eval_leaf(k, wo, wi).f * m_weight[k];
                 sum += m_code.absorbs ? f * way_in(k, wi) : f;
             }
         return sum;
@@ -108,8 +110,8 @@ class Material {
     LobeSample<W> sample(const Vec3<Float<W>>& wo, Float<W> u_lobe, Float<W> u0, Float<W> u1) const {
         LobeSample<W> s;
         if (m_code.leaves == 1) {
-            s = sample_lobe(m_lobe[0], m_inputs[0], wo, u_lobe, u0, u1);
-            const LobeValue<W> v = eval_lobe(m_lobe[0], m_inputs[0], wo, s.wi);
+            s = sample_leaf(0, wo, u_lobe, u0, u1);
+            const LobeValue<W> v = eval_leaf(0, wo, s.wi);
             s.value.f = select(s.delta, s.value.f, v.f) * m_weight[0];
             s.value.pdf = select(s.delta, s.value.pdf, v.pdf);
             s.valid &= !m_black;
@@ -127,9 +129,8 @@ class Material {
             if (any(chosen)) {
                 const Float<W> again = clamp((u_lobe - from) / max(m_share[k], Float<W>(1e-12f)),
                                              Float<W>(0.0f), Float<W>(0.99999994f));
-                const LobeSample<W> one = m_code.bed_of_leaf[k] >= 0
-                                              ? sample_below(k, again, u0, u1)
-                                              : sample_lobe(m_lobe[k], m_inputs[k], wo, again, u0, u1);
+                const LobeSample<W> one = m_code.bed_of_leaf[k] >= 0 ? sample_below(k, again, u0, u1)
+                                                                     : sample_leaf(k, wo, again, u0, u1);
                 s.wi = kanuka::select(chosen, one.wi, s.wi);
                 s.valid |= chosen & one.valid;
                 s.delta |= chosen & one.delta;
@@ -176,9 +177,45 @@ class Material {
         for (int i = 0; i < n.input_count; i++)
             if (n.colors >> i & 1)
                 in.color[color++] = fetch.color(n.inputs[i]);
-            else if (n.lobe !=
-                     LobeId::AimedBsdf) // its direction is no business of the others: SurfaceHit::aim()
+            else if (n.numbers >> i & 1 &&
+                     n.lobe != LobeId::AimedBsdf) // directions are SurfaceHit's: aim(), lobe_normals()
                 in.number[number++] = fetch.number(n.inputs[i]);
+    }
+
+    // ---- lobes in their own frames: own_normal.h
+    Vec3<Float<W>> view_of(int leaf, const Vec3<Float<W>>& wo) const {
+        return m_turned >> leaf & 1 ? m_turn[leaf].seen(wo) : wo;
+    }
+    Vec3<Float<W>> normal_of(int leaf) const {
+        return m_turned >> leaf & 1 ? m_turn[leaf].n
+                                    : Vec3<Float<W>>(Float<W>(0.0f), Float<W>(0.0f), Float<W>(1.0f));
+    }
+    Spectrum<W> albedo_of(int leaf, const Vec3<Float<W>>& wo) const {
+        return albedo_of_lobe(m_lobe[leaf], m_inputs[leaf], view_of(leaf, wo));
+    }
+    LobeValue<W> eval_leaf(int leaf, const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi) const {
+        return m_turned >> leaf & 1 ? eval_turned(leaf, wo, wi)
+                                    : eval_lobe(m_lobe[leaf], m_inputs[leaf], wo, wi);
+    }
+    [[gnu::noinline]] LobeValue<W> eval_turned(int leaf, const Vec3<Float<W>>& wo,
+                                               const Vec3<Float<W>>& wi) const {
+        const Turn<W>& turn = m_turn[leaf];
+        const Vec3<Float<W>> view = turn.seen(wo);
+        const auto value = [&](const Vec3<Float<W>>& w) {
+            return eval_lobe(m_lobe[leaf], m_inputs[leaf], view, turn.to(w));
+        };
+        const LobeValue<W> own = value(wi), image = value(mirrored_at_horizon(wi)), none = no_value<W>();
+        const Mask<W> reflects = wi.z > Float<W>(0.0f);
+        return {select(reflects, own.f + image.f, none.f), select(reflects, own.pdf + image.pdf, none.pdf)};
+    }
+    LobeSample<W> sample_leaf(int leaf, const Vec3<Float<W>>& wo, Float<W> u_lobe, Float<W> u0,
+                              Float<W> u1) const {
+        LobeSample<W> s = sample_lobe(m_lobe[leaf], m_inputs[leaf], view_of(leaf, wo), u_lobe, u0, u1);
+        if (m_turned >> leaf & 1) {
+            s.wi = m_turn[leaf].from(s.wi);
+            s.wi.z = abs(s.wi.z);
+        }
+        return s;
     }
 
     void upward_albedo(const Vec3<Float<W>>& wo) {
@@ -190,9 +227,8 @@ class Material {
             const Float<W> w = m_node_weight[i];
             switch (n.op) {
             case grid::LayerOp::Lobe:
-                m_node_albedo[i] = n.leaf < 0
-                                       ? Spectrum<W>(Float<W>(0.0f))
-                                       : albedo_of_lobe(n.lobe, m_inputs[n.leaf], seen_from(n.bed, wo)) * w;
+                m_node_albedo[i] =
+                    n.leaf < 0 ? Spectrum<W>(Float<W>(0.0f)) : albedo_of(n.leaf, seen_from(n.bed, wo)) * w;
                 break;
             case grid::LayerOp::Mix:
                 m_node_albedo[i] = m_node_albedo[n.upper] * w + m_node_albedo[n.lower] * (one - w);
@@ -350,6 +386,8 @@ class Material {
     LobeSample<W> sample_below(int leaf, Float<W> u_lobe, Float<W> u0, Float<W> u1) const;
 
     const MaterialCode& m_code;
+    uint32_t m_turned; // bits by leaf: those of
+    Turn<W> m_turn[MaxLobes];
     Spectrum<W> m_depth[MaxLobes]; // of materials that absorb
     Float<W> m_index[MaxLobes];
     ThickLayer<W> m_layer[MaxThickCoats]; // of materials with thick coats

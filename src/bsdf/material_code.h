@@ -35,10 +35,10 @@ struct MaterialCode {
         Place weight;
         Place inputs[grid::MostInputs];
         int input_count = 0;
-        uint32_t given = 0, colors = 0; // bits by input: given at all; colours
-        bool need_albedo = false;       // below the upper side of a coat
-        int absorber = -1;              // coats: leaf of the upper layer, if it absorbs what crosses it
-        int bed = -1;                   // below which thick coat; -1 = none
+        uint32_t given = 0, colors = 0, numbers = 0; // bits by input: given at all; colours; floats
+        bool need_albedo = false;                    // below the upper side of a coat
+        int absorber = -1; // coats: leaf of the upper layer, if it absorbs what crosses it
+        int bed = -1;      // below which thick coat; -1 = none
     };
     // What lies below a thick coat.
     struct Bed {
@@ -72,6 +72,7 @@ struct MaterialCode {
     // Bits by leaf: thin walls, which let light go on as it came where they are smooth.
     uint32_t straight = 0;
     uint32_t aimed = 0;   // lobes of one direction
+    uint32_t turned = 0;  // lobes that have a normal of their own
     uint32_t diffuse = 0; // lobes that scatter to all sides: to light path expressions, what is not glossy
 
     explicit MaterialCode(const grid::LayeringProgram& program, const uint32_t* page_words = nullptr)
@@ -90,6 +91,13 @@ struct MaterialCode {
         mark_coats();
     }
 
+    // Of its own, of a lobe that may have one; null = none may.
+    static const Place* normal_of(const Node& lobe) {
+        for (int i = 0; i < lobe.input_count; i++)
+            if (grid::lobe(lobe.lobe).inputs[size_t(i)].type == grid::InputType::Normal)
+                return &lobe.inputs[i];
+        return nullptr;
+    }
     bool below(int bed, int coat) const { // is a bed that of a coat, or within it?
         while (bed >= 0 && bed != coat)
             bed = beds[size_t(bed)].outer;
@@ -119,6 +127,7 @@ struct MaterialCode {
                 node.inputs[i].wide = decl.inputs[i].storage == grid::Storage::Amount;
                 node.given |= uint32_t(node.inputs[i].word >= 0) << i;
                 node.colors |= uint32_t(decl.inputs[i].type == grid::InputType::Color) << i;
+                node.numbers |= uint32_t(decl.inputs[i].type == grid::InputType::Float) << i;
             }
             const bool scatters = decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase;
             node.leaf = scatters ? leaves++ : -1;
@@ -159,6 +168,8 @@ struct MaterialCode {
                 straight |= 1u << n.leaf;
             if (n.lobe == LobeId::AimedBsdf)
                 aimed |= 1u << n.leaf;
+            if (const Place* normal = normal_of(n); normal && normal->word >= 0)
+                turned |= 1u << n.leaf;
             if (is_diffuse(n.lobe) || n.lobe == LobeId::LambertBtdf)
                 diffuse |= 1u << n.leaf;
         }

@@ -14,7 +14,7 @@ template <int W>
         const MaterialCode::Bed& bed = m_code.beds[b];
         LobeInputs<W>& coat = m_inputs[bed.upper];
         const Vec3<Float<W>>& above = seen_from(bed.outer, wo);
-        prepare_lobe(LobeId::MicrofacetDielectricBrdf, coat, above, outside, l, outer);
+        prepare_lobe(LobeId::MicrofacetDielectricBrdf, coat, view_of(bed.upper, above), outside, l, outer);
         ready |= 1u << bed.upper;
         // A coat of weight w bends less, too: at 0 it is none. Seen from within glass it does not lie on this
         // side.
@@ -23,13 +23,13 @@ template <int W>
         if (m_code.transmits)
             n = kanuka::select(outside, n, Float<W>(LobeTables::MinIndex));
         ThickLayer<W>& layer = m_layer[b];
-        layer.enter(above, n, coat.balance_alpha);
+        layer.enter(above, n, coat.balance_alpha, m_turned >> bed.upper & 1 ? &m_turn[bed.upper] : nullptr);
         layer.depth = depth_of(coat, w);
         layer.index = n * (bed.outer >= 0 ? m_layer[bed.outer].index : outer ? *outer : one);
     }
     for (const MaterialCode::Node& n : m_code.nodes)
         if (n.leaf >= 0 && !(ready >> n.leaf & 1) && n.lobe != LobeId::LambertBrdf)
-            prepare_lobe(n.lobe, m_inputs[n.leaf], seen_from(n.bed, wo), outside, l,
+            prepare_lobe(n.lobe, m_inputs[n.leaf], view_of(n.leaf, seen_from(n.bed, wo)), outside, l,
                          n.bed < 0 ? outer : &m_layer[n.bed].index);
 }
 
@@ -39,7 +39,6 @@ template <int W>
 template <int W>
 [[gnu::noinline]] Float<W> Material<W>::escape_by_directions(const MaterialCode::Node& n, int coat) const {
     const Float<W> zero(0.0f), one(1.0f), least(1e-20f);
-    const LobeInputs<W>& in = m_inputs[n.leaf];
     const Vec3<Float<W>>& from = m_layer[n.bed].wo;
     int chain[MaxThickCoats], length = 0; // from the lobe's coat out to this one
     for (int b = n.bed;; b = m_code.beds[size_t(b)].outer) {
@@ -51,34 +50,36 @@ template <int W>
     for (int i = 0; i < EscapeDirections; i++) {
         const Float<W> u0((float(i) + 0.5f) / float(EscapeDirections)),
             u1((float(i * EscapeStep % EscapeDirections) + 0.5f) / float(EscapeDirections));
-        const LobeSample<W> s = sample_lobe(n.lobe, in, from, Float<W>(0.5f), u0, u1);
+        const LobeSample<W> s = sample_leaf(n.leaf, from, Float<W>(0.5f), u0, u1);
         for (const bool own : {true, false}) {
             Vec3<Float<W>> inside = s.wi, over = s.wi;
             Mask<W> leaves = s.valid & (s.wi.z > zero);
             Float<W> passes(1.0f), jacobian(1.0f);
             if (own) {
                 for (int k = 0; k < length; k++) {
-                    const Float<W> cosine = over.z;
-                    over = m_layer[chain[k]].out_of(over, leaves);
-                    over.z = min(over.z, one);
-                    passes = passes * (one - fresnel_dielectric(over.z, m_layer[chain[k]].n, unused));
-                    jacobian = jacobian * m_layer[chain[k]].jacobian(over.z, cosine);
+                    const ThickLayer<W>& layer = m_layer[chain[k]];
+                    const auto out_there = layer.out_of(over, leaves);
+                    passes = passes * (one - fresnel_dielectric(out_there.over, layer.n, unused));
+                    jacobian = jacobian * layer.jacobian(out_there.over, out_there.within);
+                    over = out_there.direction;
                 }
             } else {
                 over = inside = sample_cosine(u0, u1);
                 leaves = Mask<W>(true);
                 for (int k = length - 1; k >= 0; k--) {
                     const ThickLayer<W>& layer = m_layer[chain[k]];
-                    const Float<W> cosine = inside.z;
-                    passes = passes * (one - fresnel_dielectric(cosine, layer.n, unused));
-                    inside = layer.into(inside);
-                    jacobian = jacobian * layer.jacobian(cosine, inside.z);
+                    const auto below = layer.into(inside);
+                    passes = passes * (one - fresnel_dielectric(below.over, layer.n, unused));
+                    inside = below.direction;
+                    jacobian = jacobian * layer.jacobian(below.over, below.within);
                 }
+                leaves = inside.z > zero;
             }
-            const LobeValue<W> v = eval_lobe(n.lobe, in, from, inside);
+            const LobeValue<W> v = eval_leaf(n.leaf, from, inside);
             const Float<W> p = v.pdf[0], f = kanuka::select(p > zero, v.f[0], zero);
             if (own)
                 all += kanuka::select(s.valid, kanuka::select(s.delta, one, f / max(p, least)), zero);
+            leaves &= over.z > zero;
             const Float<W> density = fma(p, jacobian, max(over.z, zero) * Float<W>(InvPi));
             const Float<W> once = f * jacobian * passes / max(density, least);
             const Float<W> mirrored = own ? passes : zero; // smooth lobes have one direction
@@ -102,7 +103,7 @@ template <int W>
         if (n.bed < 0)
             continue;
         const Vec3<Float<W>>& from = seen_from(n.bed, wo);
-        const Spectrum<W> albedo = albedo_of_lobe(n.lobe, m_inputs[n.leaf], from);
+        const Spectrum<W> albedo = albedo_of(n.leaf, from);
         reflected[n.leaf] = reflected_albedo(n.lobe, m_inputs[n.leaf], from, albedo);
         through[n.leaf] = albedo + reflected[n.leaf] * Float<W>(-1.0f);
         gain[n.leaf] = Spectrum<W>(one);
@@ -119,9 +120,12 @@ template <int W>
                 continue;
             const int k = n.leaf;
             whole[k] = whole[k] * layer.n;
-            const Float<W> out = escapes_by_directions(n.lobe, m_inputs[k])
-                                     ? escape_by_directions(n, b)
-                                     : layer.escape(n.lobe, m_inputs[k], whole[k], before[k]);
+            const bool leans = layer.turn || m_turned >> k & 1, diffuse = is_diffuse(n.lobe);
+            Float<W> out = escapes_by_directions(n.lobe, m_inputs[k]) || (leans && !diffuse)
+                               ? escape_by_directions(n, b)
+                               : layer.escape(n.lobe, m_inputs[k], whole[k], before[k]);
+            if (leans && diffuse)
+                out = out * layer.cone_seen_from(normal_of(k));
             const Float<W> kept = one - out / max(before[k], Float<W>(1e-6f));
             before[k] = out;
             if (n.bed == b)
@@ -134,7 +138,7 @@ template <int W>
                 continue;
             for (int k = 0; k < Wavelengths; k++)
                 gain[n.leaf][k] = gain[n.leaf][k] / max(one - inside[k], Float<W>(0.01f));
-            const Spectrum<W> out = layer.way(layer.wo.z);
+            const Spectrum<W> out = layer.way(layer.within);
             m_weight[n.leaf] *= out;
             reflected[n.leaf] = reflected[n.leaf] * layer.way(Float<W>(0.7f));
         }
@@ -157,14 +161,15 @@ template <int W>
     for (size_t b = 0; b < m_code.beds.size(); b++) {
         const int outer = m_code.beds[b].outer;
         const ThickLayer<W>& layer = m_layer[b];
-        const Vec3<Float<W>> over = outer < 0 ? wi : in[outer];
-        const Vec3<Float<W>> inside = layer.into(over);
-        in[b] = kanuka::select(reflects, inside, wi); // what leaves below does not cross the layer again
+        const auto below = layer.into(outer < 0 ? wi : in[outer]);
+        in[b] = kanuka::select(reflects, below.direction, wi); // what leaves below crosses no layer again
         const Spectrum<W> all(one);
-        way[b] = select(reflects, layer.way(inside.z), all);
-        smooth[b] = kanuka::select(reflects, layer.passes_smooth(max(over.z, zero)), one);
-        rough[b] = kanuka::select(reflects, layer.passes(max(over.z, zero)), one);
-        jacobian[b] = kanuka::select(reflects, layer.jacobian(over.z, inside.z), one);
+        way[b] = select(reflects, layer.way(below.within), all);
+        smooth[b] = kanuka::select(reflects, layer.passes_smooth(max(below.over, zero)), one);
+        rough[b] = kanuka::select(reflects, layer.passes(max(below.over, zero)), one);
+        jacobian[b] = kanuka::select(reflects, layer.jacobian(below.over, below.within), one);
+        if (layer.turn) // below the horizon of what lies there
+            jacobian[b] = kanuka::select(reflects & (in[b].z <= zero), zero, jacobian[b]);
         if (outer >= 0) {
             way[b] *= way[outer];
             smooth[b] = smooth[b] * smooth[outer];
@@ -178,7 +183,7 @@ template <int W>
         if (!(leaves >> k & 1))
             continue;
         const int b = m_code.bed_of_leaf[k];
-        LobeValue<W> v = eval_lobe(m_lobe[k], m_inputs[k], seen_from(b, wo), b < 0 ? wi : in[b]);
+        LobeValue<W> v = eval_leaf(k, seen_from(b, wo), b < 0 ? wi : in[b]);
         if (b >= 0) {
             v.f = v.f * way[b] * ((is_diffuse(m_lobe[k]) ? rough[b] : smooth[b]) * jacobian[b]);
             v.pdf = v.pdf * (jacobian[b] * (one - m_above[k])) + Spectrum<W>(cosine_density * m_above[k]);
@@ -202,16 +207,18 @@ template <int W>
         return s;
     const Float<W> again =
         clamp((u_lobe - above) / max(one - above, Float<W>(1e-6f)), zero, Float<W>(0.99999994f));
-    LobeSample<W> own = sample_lobe(m_lobe[leaf], m_inputs[leaf], m_layer[bed].wo, again, u0, u1);
+    LobeSample<W> own = sample_leaf(leaf, m_layer[bed].wo, again, u0, u1);
     const Mask<W> reflects = own.wi.z > zero;
     for (int b = bed; b >= 0; b = m_code.beds[size_t(b)].outer) {
         Mask<W> leaves(true);
-        const Vec3<Float<W>> over = m_layer[b].out_of(own.wi, leaves);
+        const auto out = m_layer[b].out_of(own.wi, leaves);
+        if (m_layer[b].turn)
+            leaves &= out.direction.z > zero;
         own.valid &= leaves | !reflects;
         const Spectrum<W> none(one);
         if (any(own.delta))
-            own.value.f *= select(reflects, m_layer[b].lets_in(over.z, max(own.wi.z, zero)), none);
-        own.wi = kanuka::select(reflects, over, own.wi);
+            own.value.f *= select(reflects, m_layer[b].lets_in(out.over, max(out.within, zero)), none);
+        own.wi = kanuka::select(reflects, out.direction, own.wi);
     }
     s.wi = kanuka::select(cosine, s.wi, own.wi);
     s.valid = cosine | own.valid;

@@ -67,6 +67,8 @@ struct Prepared {
         int color = 0, number = 0;
         for (size_t i = 0; i < decl.inputs.size(); i++) {
             const grid::LobeInput& input = decl.inputs[i];
+            if (input.type == grid::InputType::Normal)
+                continue;
             in.given |= uint32_t(given[i].has_value()) << i;
             Vec3f v = given[i].value_or(input.fallback);
             for (int a = 0; a < 3; a++)

@@ -63,6 +63,8 @@ struct LobeCase {
         int color = 0, number = 0;
         for (size_t i = 0; i < decl().inputs.size(); i++) {
             const grid::LobeInput& input = decl().inputs[i];
+            if (input.type == grid::InputType::Normal)
+                continue;
             Vec3f value = input.fallback;
             for (const auto& [name, v] : given)
                 if (name == input.name) {
@@ -126,6 +128,8 @@ inline std::vector<LobeCase> rough_cases(const std::vector<float>& cosines = {0.
             base = base.with("roughness", 0.45f);
         mine.push_back(base);
         for (const grid::LobeInput& input : decl.inputs) {
+            if (input.type == grid::InputType::Normal)
+                continue;
             const std::string name(input.name);
             LobeCase c = base;
             if (name == "rotation" && grid::find_input(decl, "anisotropy") >= 0)

@@ -13,6 +13,7 @@
 #pragma once
 
 #include "bsdf/lobes.h"
+#include "bsdf/own_normal.h"
 
 namespace kanuka::bsdf {
 
@@ -29,27 +30,58 @@ template <int W>
 struct ThickLayer {
     using V = Vec3<Float<W>>;
 
-    V above, wo;       // towards the viewer: over the layer, and in it
-    Float<W> n;        // index against what lies over it
-    Float<W> index;    // and against vacuum
-    Float<W> alpha;    // width of its facets
-    Spectrum<W> depth; // -log2 of what a straight way through leaves
+    // A direction on the other side of the layer's surface, and the cosines of both to its normal.
+    struct Refracted {
+        V direction;
+        Float<W> over, within;
+    };
 
-    void enter(const V& from, Float<W> relative, Float<W> width) {
-        above = from;
+    V wo;                  // towards the viewer, in the layer
+    Float<W> over, within; // its cosines
+    const Turn<W>* turn;   // to the coat's own normal; null = the material's
+    Float<W> n;            // index against what lies over it
+    Float<W> index;        // and against vacuum
+    Float<W> alpha;        // width of its facets
+    Spectrum<W> depth;     // -log2 of what a straight way through leaves
+
+    void enter(const V& from, Float<W> relative, Float<W> width, const Turn<W>* own) {
+        turn = own;
         n = relative;
         alpha = width;
-        wo = into(from);
+        const Refracted r = refracted(turn ? turn->seen(from) : from);
+        wo = r.direction, over = r.over, within = r.within;
+        if (turn) { // what lies below sees it from its own side
+            wo.z = max(wo.z, Float<W>(1e-3f));
+            wo = wo * (Float<W>(1.0f) / sqrt(dot(wo, wo)));
+        }
     }
-    V into(const V& w) const {
-        const Float<W> one(1.0f), inv = one / n;
-        return {w.x * inv, w.y * inv, sqrt(max(one - (one - w.z * w.z) * inv * inv, Float<W>(0.0f)))};
+    Refracted into(const V& w) const {
+        if (!turn)
+            return refracted(w);
+        V own = turn->to(w);
+        own.z = max(own.z, Float<W>(0.0f)); // from below its horizon nothing gets in
+        return refracted(own);
     }
     // Where a direction in the layer leaves it; those beyond the critical angle do not.
-    V out_of(const V& w, Mask<W>& leaves) const {
-        const Float<W> one(1.0f), z2 = one - (one - w.z * w.z) * n * n;
+    Refracted out_of(const V& w, Mask<W>& leaves) const {
+        const V in = turn ? turn->to(w) : w;
+        const Float<W> one(1.0f), z2 = one - (one - in.z * in.z) * n * n;
         leaves &= z2 > Float<W>(0.0f);
-        return {w.x * n, w.y * n, sqrt(max(z2, Float<W>(1e-8f)))};
+        if (turn)
+            leaves &= in.z > Float<W>(0.0f);
+        const V out(in.x * n, in.y * n, min(sqrt(max(z2, Float<W>(1e-8f))), one));
+        return {turn ? turn->from(out) : out, out.z, in.z};
+    }
+    // Irradiance by the cone of directions that leave the layer, whose sine is 1 / n, over that along the
+    // layer's normal: its cosine, or the form factor of what the horizon leaves of the cone (Snyder 1996,
+    // *Area Light Sources for Real-Time Graphics*).
+    Float<W> cone_seen_from(const V& receiver) const {
+        const Float<W> zero(0.0f), one(1.0f);
+        const Float<W> c = dot(receiver, turn ? turn->n : V(zero, zero, one));
+        const Float<W> n2 = n * n, m = max(n2 - one, Float<W>(1e-6f)), k = max(one - n2 * c * c, zero);
+        const Float<W> cut = c * acos_over_pi(-(c * sqrt(m / max(one - c * c, Float<W>(1e-6f))))) -
+                             sqrt(k * m) * Float<W>(InvPi) + n2 * acos_over_pi(one / sqrt(one + k / m));
+        return kanuka::select(k > zero, max(cut, zero), max(c, zero));
     }
     // J above, for a direction over the layer and its cosine in it.
     Float<W> jacobian(Float<W> over, Float<W> inside) const { return over / (n * n * inside); }
@@ -95,15 +127,22 @@ struct ThickLayer {
             return before * min(out, one);
         }
         case LobeId::GratingBrdf: // what its orders send beyond the critical angle is lost
-            return before * passes(above.z, n);
+            return before * passes(over, n);
         default: {
             // One interface of the whole index bends as several do, but reflects more.
-            const Float<W> several = passes(above.z, n) * passes(wo.z, below), once = passes(above.z, whole);
-            return min(escape_of_ggx(above.z, in.alpha, whole) *
-                           max(several / max(once, Float<W>(1e-4f)), one),
+            const Float<W> several = passes(over, n) * passes(within, below), once = passes(over, whole);
+            return min(escape_of_ggx(over, in.alpha, whole) * max(several / max(once, Float<W>(1e-4f)), one),
                        before);
         }
         }
+    }
+
+  private:
+    // A direction in the layer's own frame.
+    Refracted refracted(const V& w) const {
+        const Float<W> one(1.0f), inv = one / n;
+        const V in(w.x * inv, w.y * inv, sqrt(max(one - (one - w.z * w.z) * inv * inv, Float<W>(0.0f))));
+        return {turn ? turn->from(in) : in, w.z, in.z};
     }
 };
 

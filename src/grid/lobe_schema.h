@@ -9,7 +9,11 @@
 
 namespace kanuka::grid {
 
-enum class InputType : uint8_t { Float, Color };
+enum class InputType : uint8_t { Float, Color, Normal };
+
+constexpr int components_of(InputType type) {
+    return type == InputType::Float ? 1 : 3;
+}
 
 // How an input that varies over a grid is kept at a vertex. Everything is a part of a 32-bit word; floats
 // share a word two by two. An input that is constant over a grid is kept once, unquantised.
@@ -18,6 +22,7 @@ enum class Storage : uint8_t {
     Amount, // >= 0 without upper bound: nine bits a component and a shared exponent. One word
     Half,   // float: half precision. Half a word
     Full,   // float: as it is. One word; for directions, and values that are shown and not shaded with
+    Unit,   // a unit vector, on the octahedron. One word
 };
 
 // What lies between the values of an input at vertices.

@@ -50,22 +50,39 @@ inline constexpr LobeInput FilmThickness = float_input(
 inline constexpr LobeInput FilmIor =
     float_input("filmIor", 1.33f, 1, 4, "1", "index of refraction of the film");
 
-inline constexpr LobeInput lambert_brdf[] = {color_input("diffuseReflectance", 1, ReflectanceDoc)};
+// Of lobes that reflect alone: those that transmit, too, have the surface between their two sides.
+inline constexpr LobeInput OwnNormal{"normal",
+                                     Normal,
+                                     Vec3f(0, 0, 0),
+                                     -Inf,
+                                     Inf,
+                                     "",
+                                     Storage::Unit,
+                                     "that the lobe stands on, in current space, on either side; its length "
+                                     "does not count, and 0 is the surface's"};
+
+inline constexpr LobeInput lambert_brdf[] = {
+    color_input("diffuseReflectance", 1, ReflectanceDoc),
+    OwnNormal,
+};
 inline constexpr LobeInput lambert_btdf[] = {
     color_input("diffuseTransmittance", 1, "fraction of light let through"),
 };
 inline constexpr LobeInput oren_nayar[] = {
     color_input("diffuseReflectance", 1, "fraction of light that a facet reflects"),
     float_input("roughness", 0.5f, 0, 1, "1", RoughnessDoc),
+    OwnNormal,
 };
 inline constexpr LobeInput burley[] = {
     color_input("diffuseReflectance", 1, ReflectanceDoc),
     float_input("roughness", 0.5f, 0, 1, "1",
                 "0 is darker, 1 brighter along the surface and towards the light"),
+    OwnNormal,
 };
 inline constexpr LobeInput sheen[] = {
     color_input("reflectance", 1, "of the fibres"),
     float_input("roughness", 0.3f, 0, 1, "1", "how far the fibres lean; the least is 0.05"),
+    OwnNormal,
 };
 inline constexpr LobeInput conductor[] = {
     color_input("reflectance", 1, NormalDoc),
@@ -77,6 +94,7 @@ inline constexpr LobeInput conductor[] = {
     Rotation,
     Tail,
     Walks,
+    OwnNormal,
 };
 inline constexpr std::string_view MetalNames[] = {"", "Ag", "Al", "Au", "Cr", "Cu", "Fe", "Ni", "Pt", "Ti"};
 inline constexpr LobeInput metal[] = {
@@ -93,11 +111,13 @@ inline constexpr LobeInput metal[] = {
     Tail,
     FilmThickness,
     FilmIor,
+    OwnNormal,
 };
 inline constexpr LobeInput retro[] = {
     color_input("reflectance", 1, NormalDoc),
     color_input("edgeReflectance", 1, GrazingDoc),
     float_input("roughness", 0.3f, 0, 1, "1", AlphaDoc),
+    OwnNormal,
 };
 inline constexpr LobeInput dielectric_brdf[] = {
     color_input("reflectance", 1, "tint of the reflection"),
@@ -114,6 +134,7 @@ inline constexpr LobeInput dielectric_brdf[] = {
     float_input("thickness", 1, 0, 1000, "mm", "of the layer, for its absorption"),
     {"absorption", Color, Vec3f(0, 0, 0), 0, Inf, "1/mm", Storage::Amount,
      "of light on its way through the layer, besides transmittance"},
+    OwnNormal,
 };
 inline constexpr LobeInput dielectric_bsdf[] = {
     color_input(
@@ -148,14 +169,17 @@ inline constexpr LobeInput grating[] = {
     float_input("depth", 120, 0, 5000, "nm",
                 "of the grooves; a quarter of a wavelength leaves nothing of the mirror's direction"),
     Rotation,
+    OwnNormal,
 };
 inline constexpr LobeInput phong[] = {
     color_input("reflectance", 1, "fraction of light reflected, head-on"),
     float_input("exponent", 20, 0, 10000, "1", "of the cosine with the mirror direction"),
+    OwnNormal,
 };
 inline constexpr LobeInput blinn[] = {
     color_input("reflectance", 1, "fraction of light reflected, at most"),
     float_input("exponent", 80, 0, 10000, "1", "of the cosine with the half vector"),
+    OwnNormal,
 };
 inline constexpr std::string_view HighlightNames[] = {"half", "mirror"};
 inline constexpr LobeInput highlight[] = {
@@ -166,6 +190,7 @@ inline constexpr LobeInput highlight[] = {
     {"about", Float, Vec3f(0, 0, 0), 0, 1, "", Storage::Half,
      "what direction the cosine is with: half, that between light and view; mirror, that of the view",
      HighlightNames},
+    OwnNormal,
 };
 inline constexpr LobeInput emission[] = {
     {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Amount,

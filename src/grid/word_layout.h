@@ -11,7 +11,7 @@
 namespace kanuka::grid {
 
 struct WordLayout {
-    enum class Word : uint8_t { Color, Amount, HalfPair, Float };
+    enum class Word : uint8_t { Color, Amount, HalfPair, Float, Unit };
     struct Place {
         int word = -1;
         int half = 0; // 0 = low, 1 = high 16 bits
@@ -29,9 +29,9 @@ struct WordLayout {
                 places.push_back({int(words.size()), 0});
                 words.push_back(slot.storage == Storage::Amount ? Word::Amount : Word::Color);
                 slots_of_word.push_back({int(s), -1});
-            } else if (slot.storage == Storage::Full) {
+            } else if (slot.storage == Storage::Full || slot.storage == Storage::Unit) {
                 places.push_back({int(words.size()), 0});
-                words.push_back(Word::Float);
+                words.push_back(slot.storage == Storage::Full ? Word::Float : Word::Unit);
                 slots_of_word.push_back({int(s), -1});
             } else if (open_pair >= 0) {
                 places.push_back({open_pair, 1});
@@ -48,7 +48,7 @@ struct WordLayout {
 };
 
 // An input that is constant over a grid is kept as floats, at full precision: colours as {c0, c1, c2, scale}
-// of their uplifted spectrum, pairs as {low, high}, whole floats as they are.
+// of their uplifted spectrum, pairs as {low, high}, whole floats and unit vectors as they are.
 inline constexpr int ConstantColorFloats = 4, ConstantPairFloats = 2;
 
 } // namespace kanuka::grid

@@ -42,10 +42,11 @@ OneLobe make(const std::string& name, const nb::kwargs& given) {
     for (auto [key, value] : given) {
         const auto input = nb::cast<std::string>(key);
         const int at = grid::find_input(decl, input);
-        if (at < 0) {
+        if (at < 0 || decl.inputs[size_t(at)].type == grid::InputType::Normal) { // a lobe stands on +z here
             std::string known;
             for (const grid::LobeInput& i : decl.inputs)
-                known += (known.empty() ? "" : ", ") + std::string(i.name);
+                if (i.type != grid::InputType::Normal)
+                    known += (known.empty() ? "" : ", ") + std::string(i.name);
             throw nb::type_error((name + " has no input " + input + "; it has " + known).c_str());
         }
         inputs[size_t(at)] = input_value(decl.inputs[size_t(at)], value);

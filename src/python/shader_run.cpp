@@ -119,7 +119,7 @@ nb::dict run(const ShaderInfo& info, int width, int height, const nb::dict& para
     const grid::LayeringProgram& program = instance->program();
     for (size_t s = 0; s < program.slots.size(); s++) {
         const grid::Slot& slot = program.slots[s];
-        const int components = slot.type == grid::InputType::Color ? 3 : 1;
+        const int components = grid::components_of(slot.type);
         const grid::SlotValues& values = inputs.slots[s];
         std::vector<float> spread;
         if (values.uniform) {
@@ -161,7 +161,7 @@ nb::dict describe(const grid::LayeringProgram& program) {
                 const grid::LobeInput& in = lobe.inputs[i];
                 nb::dict input;
                 input["slot"] = slot_name(n.inputs[i]);
-                if (in.type == grid::InputType::Color)
+                if (in.type != grid::InputType::Float)
                     input["default"] = nb::make_tuple(in.fallback.x, in.fallback.y, in.fallback.z);
                 else
                     input["default"] = in.fallback.x;
@@ -177,7 +177,8 @@ nb::dict describe(const grid::LayeringProgram& program) {
     for (const grid::Slot& s : program.slots) {
         nb::dict slot;
         slot["name"] = s.name;
-        slot["type"] = s.type == grid::InputType::Color ? "color" : "float";
+        static constexpr const char* Types[] = {"float", "color", "normal"};
+        slot["type"] = Types[size_t(s.type)];
         slot["uniform"] = s.uniform;
         slots.append(slot);
     }

@@ -38,7 +38,7 @@ void turn_inside_out(grid::Grid& g) {
 uint64_t shaded_bytes(const grid::LayeringProgram& program, size_t steps) {
     uint64_t floats = 0;
     for (const grid::Slot& slot : program.slots)
-        floats += slot.uniform ? 0 : slot.type == grid::InputType::Color ? 3 : 1;
+        floats += slot.uniform ? 0 : grid::components_of(slot.type);
     const uint64_t encoded = grid::WordLayout(program).words.size() + 1 + 3 * steps; // 1: the normal
     const uint64_t emitters = program.emits() ? 2 * sizeof(store::Emitter) : 0;      // two triangles a cell
     return 4 * floats + 2 * (4 * encoded + emitters);

@@ -140,7 +140,7 @@ TEST_F(Shaders, EachSurfaceStaysWithinItsLobesRanges) {
         ASSERT_EQ(out.slots.size(), program.slots.size()) << name;
         for (size_t s = 0; s < out.slots.size(); s++)
             for (int i = 0; i < g.vertices(); i += 7)
-                for (int c = 0; c < (program.slots[s].type == grid::InputType::Color ? 3 : 1); c++) {
+                for (int c = 0; c < grid::components_of(program.slots[s].type); c++) {
                     const float value = at(out, int(s), i, c);
                     EXPECT_GE(value, program.slots[s].low) << name << " " << program.slots[s].name;
                     EXPECT_LE(value, program.slots[s].high) << name << " " << program.slots[s].name;

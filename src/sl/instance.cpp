@@ -304,7 +304,7 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
         const int k = m_sources[s].output;
         if (k < 0 || !stage.vars[size_t(stage.outputs[size_t(k)].var)].varying)
             continue;
-        const size_t n = m_layering.slots[s].type == grid::InputType::Color ? 3 : 1;
+        const size_t n = size_t(grid::components_of(m_layering.slots[s].type));
         out.slots[s].uniform = false;
         out.slots[s].data.resize(n * size_t(grid.stride) + 32);
         for (size_t c = 0; c < n; c++)
@@ -338,7 +338,7 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
     for (size_t s = 0; s < m_sources.size(); s++) {
         const int k = m_sources[s].output;
         if (!out.slots[s].uniform)
-            out.slots[s].data.resize((m_layering.slots[s].type == grid::InputType::Color ? 3 : 1) *
+            out.slots[s].data.resize(size_t(grid::components_of(m_layering.slots[s].type)) *
                                      size_t(grid.stride));
         else if (k >= 0)
             out.slots[s].value = Vec3f(values[size_t(k)][0], values[size_t(k)][1], values[size_t(k)][2]);

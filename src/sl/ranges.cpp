@@ -45,7 +45,7 @@ void InstanceImpl::keep_in_range(grid::VertexInputs& out, size_t vertices, size_
     for (size_t s = 0; s < m_sources.size(); s++) {
         const grid::Slot& slot = m_layering.slots[s];
         grid::SlotValues& values = out.slots[s];
-        const int components = slot.type == grid::InputType::Color ? 3 : 1;
+        const int components = grid::components_of(slot.type);
         float* const data = values.uniform ? &values.value.x : values.data.data();
         const size_t stride = values.uniform ? 1 : size_t(out.stride), n = values.uniform ? 1 : vertices;
         Seen seen;

@@ -6,12 +6,6 @@ namespace kanuka::store {
 
 namespace {
 
-// Unit length, or zero where there is none to be had.
-Vec3f unit(const Vec3f& n) {
-    const float largest = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
-    return largest > 0 && std::isfinite(n.x + n.y + n.z) ? normalize(n * (1 / largest)) : Vec3f(0.0f);
-}
-
 Vec3f later_normal(const grid::Grid& grid, size_t step, int i) {
     const std::vector<float>& n = grid.later[step].N;
     return {n[size_t(i)], n[size_t(grid.stride + i)], n[size_t(2 * grid.stride + i)]};
@@ -34,7 +28,7 @@ UnitNormals encode_normals(const grid::Grid& grid, Encoded& out) {
     bool flat = true, given = false;
     for (int i = 0; i < count; i++) {
         const Vec3f raw = grid.normal(i);
-        normals[size_t(i)] = unit(raw);
+        normals[size_t(i)] = unit_or_zero(raw);
         flat &= raw == grid.normal(0);
         given |= !(raw == Vec3f(0.0f));
         if (last == Vec3f(0.0f))
@@ -57,7 +51,7 @@ UnitNormals encode_normals(const grid::Grid& grid, Encoded& out) {
         for (float f : {last.x, last.y, last.z})
             out.inputs.push_back(std::bit_cast<uint32_t>(f));
         for (size_t k = 0; k < grid.later.size(); k++) {
-            const Vec3f n = unit(later_normal(grid, k, 0)), kept = n == Vec3f(0.0f) ? last : n;
+            const Vec3f n = unit_or_zero(later_normal(grid, k, 0)), kept = n == Vec3f(0.0f) ? last : n;
             for (float f : {kept.x, kept.y, kept.z})
                 out.inputs.push_back(std::bit_cast<uint32_t>(f));
         }
@@ -73,7 +67,7 @@ UnitNormals encode_normals(const grid::Grid& grid, Encoded& out) {
     }
     for (size_t k = 0; k < grid.later.size(); k++)
         for (int i = 0; i < count; i++) {
-            const Vec3f n = unit(later_normal(grid, k, i));
+            const Vec3f n = unit_or_zero(later_normal(grid, k, i));
             out.inputs.push_back(to_oct32(n == Vec3f(0.0f) ? normals[size_t(i)] : n));
         }
     return {.each = std::move(normals)};
@@ -88,10 +82,10 @@ void encode_tangents(const grid::Grid& grid, const UnitNormals& normals, Encoded
                                         : Vec3f(grid.dPdu[at], grid.dPdu[n + at], grid.dPdu[2 * n + at]);
     };
     const auto tangent = [&](int i) {
-        const Vec3f t = unit(raw(i)), n = normals.of(i);
+        const Vec3f t = unit_or_zero(raw(i)), n = normals.of(i);
         if (!(t == Vec3f(0.0f)))
             return t;
-        return unit(std::abs(n.x) < 0.9f ? cross(n, Vec3f(1, 0, 0)) : cross(n, Vec3f(0, 1, 0)));
+        return unit_or_zero(std::abs(n.x) < 0.9f ? cross(n, Vec3f(1, 0, 0)) : cross(n, Vec3f(0, 1, 0)));
     };
     bool same = true;
     for (int i = 1; i < count; i++)
@@ -120,7 +114,7 @@ bool is_coarse(const ShadedGrid& shaded, const UnitNormals& normals, const Encod
             const float* p = encoded.positions.data() + size_t(v) * 3;
             return Vec3f(p[0], p[1], p[2]);
         };
-        const Vec3f n = unit(cross(at(traced[1]) - at(traced[0]), at(traced[2]) - at(traced[0])));
+        const Vec3f n = unit_or_zero(cross(at(traced[1]) - at(traced[0]), at(traced[2]) - at(traced[0])));
         for (const int v : vertex)
             if (!(n == Vec3f(0.0f)) && std::abs(dot(n, normals.of(v))) < LeastCosine)
                 return true;

@@ -29,6 +29,9 @@ void encode_word(size_t w, GridInputs& inputs, const WordLayout& layout, const c
         words.push_back(std::bit_cast<uint32_t>(high < 0 ? 0.0f : inputs.value(high, 0, 0)));
     } else if (folds && layout.words[w] == WordLayout::Word::Float) {
         words.push_back(std::bit_cast<uint32_t>(inputs.value(low, 0, 0)));
+    } else if (folds && layout.words[w] == WordLayout::Word::Unit) {
+        for (int c = 0; c < 3; c++) // zero is the surface's normal, which varies
+            words.push_back(std::bit_cast<uint32_t>(inputs.value(low, c, 0)));
     } else if (folds) {
         // Reflectances lie in [0, 1]; amounts without bound are scaled into it, twice their maximum to
         // keep the spectrum smooth.
@@ -48,6 +51,9 @@ void encode_word(size_t w, GridInputs& inputs, const WordLayout& layout, const c
                 break;
             case WordLayout::Word::Float:
                 words[base + i] = std::bit_cast<uint32_t>(inputs.value(low, 0, i));
+                break;
+            case WordLayout::Word::Unit:
+                words[base + i] = to_oct32(inputs.unit(low, i));
                 break;
             case WordLayout::Word::HalfPair:
                 words[base + i] = to_half(inputs.value(low, 0, i)) |

@@ -14,7 +14,8 @@ class GridInputs {
   public:
     // What had to be changed is counted in `counts`, every time that it is read.
     GridInputs(const ShadedGrid& shaded, const grid::LayeringProgram& program, Encoded& counts)
-        : m_inputs(*shaded.inputs), m_program(program), m_counts(counts), m_count(shaded.grid->vertices()) {}
+        : m_inputs(*shaded.inputs), m_program(program), m_counts(counts), m_grid(*shaded.grid),
+          m_count(shaded.grid->vertices()) {}
 
     const grid::LayeringProgram& program() const { return m_program; }
     int vertices() const { return m_count; }
@@ -27,13 +28,22 @@ class GridInputs {
         return clean(x, m_program.slots[slot], most);
     }
 
+    // A unit vector; zero, or none, is the surface's normal.
+    Vec3f unit(int slot, int i) {
+        const Vec3f v(value(slot, 0, i), value(slot, 1, i), value(slot, 2, i));
+        for (const Vec3f& n : {unit_or_zero(v), unit_or_zero(m_grid.normal(i))})
+            if (!(n == Vec3f(0.0f)))
+                return n;
+        return {0, 0, 1};
+    }
+
     Rgb color(int slot, int i) { return {value(slot, 0, i), value(slot, 1, i), value(slot, 2, i)}; }
 
     bool constant(int slot) const {
         const grid::SlotValues& values = m_inputs.slots[slot];
         if (values.uniform)
             return true;
-        const int components = m_program.slots[slot].type == grid::InputType::Color ? 3 : 1;
+        const int components = grid::components_of(m_program.slots[slot].type);
         for (int c = 0; c < components; c++) {
             const float* a = values.data.data() + size_t(c) * m_inputs.stride;
             for (int i = 1; i < m_count; i++)
@@ -58,7 +68,7 @@ class GridInputs {
     // Into the slot's range and to what half precision holds. Infinity lies in the range of an unbounded
     // slot, but one infinite radiance would be the whole picture's.
     float clean(float x, const grid::Slot& slot, float most) {
-        if (slot.storage == grid::Storage::Full) {
+        if (slot.storage == grid::Storage::Full || slot.storage == grid::Storage::Unit) {
             m_counts.bad += !std::isfinite(x);
             return std::isfinite(x) ? x : 0.0f;
         }
@@ -76,6 +86,7 @@ class GridInputs {
     const grid::VertexInputs& m_inputs;
     const grid::LayeringProgram& m_program;
     Encoded& m_counts;
+    const grid::Grid& m_grid;
     int m_count;
 };
 

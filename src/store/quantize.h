@@ -46,6 +46,12 @@ inline Rgb from_rgb9e5(uint32_t w) {
     return {float(w & 511) * unit, float((w >> 9) & 511) * unit, float((w >> 18) & 511) * unit};
 }
 
+// Of unit length, or zero where there is no direction.
+inline Vec3f unit_or_zero(const Vec3f& n) {
+    const float largest = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
+    return largest > 0 && std::isfinite(n.x + n.y + n.z) ? normalize(n * (1 / largest)) : Vec3f(0.0f);
+}
+
 // Unit vectors on the octahedron (Cigolle et al. 2014), 16 bits an axis: 0.004 degrees.
 inline uint32_t to_oct32(const Vec3f& n) {
     const float s = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);

@@ -30,7 +30,7 @@ struct HandMade {
             }
         inputs.stride = grid.stride;
         for (const grid::Slot& s : program.slots) {
-            const size_t components = s.type == grid::InputType::Color ? 3 : 1;
+            const size_t components = size_t(grid::components_of(s.type));
             inputs.slots.push_back(
                 {false, Vec3f(0.0f), std::vector<float>(components * size_t(grid.stride), 0.5f)});
         }

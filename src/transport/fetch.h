@@ -104,6 +104,13 @@ class InputFetch {
         return kanuka::select(constant, gather(m_code.page_floats(), base), sum);
     }
 
+    // A unit vector of any length between vertices; zero where nobody said.
+    Vec3<Float<W>> direction(const bsdf::MaterialCode::Place& input) const {
+        Int<W> base, stride;
+        entry(input.word, base, stride);
+        return direction_at(base, stride);
+    }
+
     // The shading normal, in the space of the shape; zero where the shape has none.
     Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
         Int<W> base, stride;

@@ -18,6 +18,7 @@ struct Scattering {
     const Bounce& at;
     const SurfaceHit<W>& h;
     Vec3<Float<W>> wo, ng; // in the frame of the hit: the view, and the normal of the horizon
+    Vec3<Float<W>> normals[bsdf::MaxLobes]; // of lobes that have their own
     bsdf::Material<W> material;
     Sampler<W> sampler;
     Receiver<W> receiver;
@@ -25,7 +26,8 @@ struct Scattering {
 
     Scattering(const Bounce& at, const SurfaceHit<W>& h)
         : at(at), h(h), wo(local_view(h)), ng(h.to_local(h.horizon)),
-          material(h.code, h.fetch, h.outside, wo, h.l, at.scene.media.tracked ? &h.crossing.outer : nullptr),
+          material(h.code, h.fetch, h.outside, wo, h.l, at.scene.media.tracked ? &h.crossing.outer : nullptr,
+                   own_normals()),
           sampler{bitcast_int(h.ray[PathQueue::PixelHash]), at.reversed_progression},
           receiver(receiver_at(at, h)), chooser(at.scene, receiver) {}
 
@@ -83,6 +85,12 @@ struct Scattering {
     }
 
   private:
+    const Vec3<Float<W>>* own_normals() {
+        if (!h.code.turned)
+            return nullptr;
+        h.lobe_normals(at, normals);
+        return normals;
+    }
     Vec3<Float<W>> mirrored(const Vec3<Float<W>>& w, Float<W> above) const {
         return w - ng * (above + above);
     }

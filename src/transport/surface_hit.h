@@ -107,6 +107,14 @@ struct SurfaceHit {
             }
         return to_local(world);
     }
+    // Of the lobes that have their own, by leaf, in the frame of the hit.
+    void lobe_normals(const Bounce& at, V (&normals)[bsdf::MaxLobes]) const {
+        for (const bsdf::MaterialCode::Node& n : code.nodes)
+            if (n.leaf >= 0 && code.turned >> n.leaf & 1) {
+                const V own = fetch.direction(*bsdf::MaterialCode::normal_of(n));
+                normals[n.leaf] = to_local(at.scene.geometry.instanced ? placed_normal(at.hits, own) : own);
+            }
+    }
     // A start for rays on the side of w, clear of the surface.
     V offset(const V& w) const { return P + Ng * copysign(clearance, dot(w, horizon)); }
 
@@ -286,6 +294,15 @@ struct SurfaceHit {
             m[k] = gather(hits.world_from_shape[k].data(), slot);
         const V world(dot(V(m[0], m[1], m[2]), v), dot(V(m[4], m[5], m[6]), v), dot(V(m[8], m[9], m[10]), v));
         return select(inside, world, v);
+    }
+    V placed_normal(const HitState& hits, const V& n) const {
+        const M inside = gather(hits.instanced, slot) != I(0);
+        if (!any(inside))
+            return n;
+        F m[12];
+        for (int k = 0; k < 12; k++)
+            m[k] = gather(hits.world_from_shape[k].data(), slot);
+        return select(inside, turn_normal(m, n), n);
     }
 };
 

@@ -98,6 +98,7 @@ class Writer:
         self.functions: dict[str, str] = {}  # of RSL that expressions call, by their names
         self.values: dict[str, object] = {}  # of parameters: "color p3" -> (1, 0, 0)
         self.declarations: list[str] = []
+        self.members: list[str] = []  # variables that stages hand on to later ones
         self.primvars: dict[str, str] = {}  # USD's name -> kind
         self._names = 0
         self._shared: dict[object, Value] = {}
@@ -205,6 +206,7 @@ def shader_text(writer: Writer, methods: dict[str, list[str]]) -> str:
     declarations = [d for d in writer.declarations if d.split(" = ")[0].split()[-1] in words]
     writer.values = {name: value for name, value in writer.values.items() if name.split()[-1] in words}
     lines = [*functions, "class NAME(", *("    " + d for d in declarations), ") {"]
+    lines += ["    " + member for member in writer.members]
     for head, body in methods.items():
         lines += [f"    public void {head} {{", *("        " + line for line in body), "    }"]
     return "\n".join([*lines, "}", ""])

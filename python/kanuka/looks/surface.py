@@ -33,10 +33,27 @@ class Mixed:
     weight: Value
 
 
+@dataclass(frozen=True)
+class Normal:
+    """A vector of the displacing stage: in tangent space, from -1 to 1, or in world space."""
+
+    value: Value
+    is_world: bool = False
+
+    def bent(self, writer: Writer, uv: Value | None) -> str:
+        """From N."""
+        text = self.value.to("vector").text
+        if self.is_world:
+            return f'normalize(ntransform("world", "current", normal({text})))'
+        assert uv
+        writer.functions["usd_bent"] = BENT
+        return f"usd_bent({text}, {uv.text}, {uv.second}, P, N)"
+
+
 @dataclass
 class Surface:
     """Inputs: None = as if there were none of it. Colours are reflectances; roughness is perceptual. Of a mixture only
-    what is not of lobes is its own: the interior, presence, normal, displacement."""
+    what is not of lobes is its own: the interior, presence, displacement; the normal, where its parts share it."""
 
     mixed: Mixed | None = None
     base: Value | None = None  # color of the diffuse body
@@ -76,13 +93,19 @@ class Surface:
     film_weight: Value | None = None
     emission: Value | None = None  # radiance
     presence: Value | None = None
-    normal: Value | None = None  # in tangent space, from -1 to 1
-    normal_is_world: bool = False  # or in world space
+    normal: Normal | None = None
+    coat_normal: Normal | None = None  # None = the coat is smooth, whatever lies below it
+    coat_shares_normal: bool = False
     displacement: Value | None = None  # along the normal, in object space
 
     def parts(self) -> list[Surface]:
         """Those that have lobes."""
         return [*self.mixed.upper.parts(), *self.mixed.lower.parts()] if self.mixed else [self]
+
+    def has_tangents(self) -> bool:
+        """Whether there is a normal in tangent space."""
+        normals = (normal for part in self.parts() for normal in (part.normal, part.coat_normal))
+        return any(normal and not normal.is_world for normal in normals)
 
 
 MOST_LOBES = 16  # of a material in the core
@@ -108,6 +131,26 @@ vector usd_along(float s; float t; point at) {
 """
 
 
+SMOOTH = "normalize(N)"
+# A normal in tangent space. Tangents along which the texture coordinates grow, from derivatives by the surface's own
+# parameters; upright on the normal as Gram and Schmidt have it.
+BENT = """
+normal usd_bent(vector bent; float s; float t; point at; normal n) {
+    float su = Du(s), sv = Dv(s), tu = Du(t), tv = Dv(t);
+    float turn = su * tv - sv * tu;
+    vector Pu = Du(at), Pv = Dv(at), upright = normalize(n);
+    vector along = sign(turn) * (Pu * tv - Pv * tu);
+    along -= upright * (along . upright);
+    if (turn == 0 || along . along <= 0)
+        return normal(upright);
+    along = normalize(along);
+    vector across = upright ^ along;
+    if (across . (sign(turn) * (Pv * su - Pu * sv)) < 0)
+        across = -across;
+    return normal(normalize(xcomp(bent) * along + ycomp(bent) * across + zcomp(bent) * upright));
+}
+"""
+
 # A metal's complex index by its reflectance straight on and its tint at the edge (Gulbrandsen, "Artist Friendly
 # Metallic Fresnel", JCGT 2014; MaterialX's artistic_ior). OpenPBR's tint at 82 degrees is taken for the same. 20 is
 # the most that the lobe has.
@@ -125,11 +168,26 @@ color usd_metal_k(color reflectance; color n) {
 """
 
 
-class Layers:
-    """Lobes and layers of a surface, from the body outwards. `prefix`: of their names, in a mixture."""
+# Lobes that have no normal of their own.
+SHARING = ("LambertBtdf", "MicrosurfaceDielectricBsdfRgb_v1", "ThinWalledDielectricBsdf", "DiffuseEmission")
 
-    def __init__(self, writer: Writer, surface: Surface, shading: Stage, uv: Value | None, prefix: str = "") -> None:
+
+class Layers:
+    """Lobes and layers of a surface, from the body outwards. `normal`: what N has been bent to. `prefix`: of names in a
+    mixture."""
+
+    def __init__(
+        self,
+        writer: Writer,
+        surface: Surface,
+        shading: Stage,
+        uv: Value | None,
+        normal: Normal | None = None,
+        prefix: str = "",
+    ) -> None:
         self.surface, self.shading, self.writer, self.uv, self.prefix = surface, shading, writer, uv, prefix
+        self.bent_to = normal
+        self.normals: dict[str, Normal | None] = {}  # members that hold normals of lobes
         self.lobes: list[tuple[str, str, str]] = []  # name, weight, lobe
         self.layers: list[tuple[str, str, str, str, str]] = []  # name, operator, upper, lower, weight
         self.top = ""
@@ -142,7 +200,19 @@ class Layers:
         value = getattr(self.surface, name)
         return value.to("color").text if value else default
 
+    def normal(self, of: str, wanted: Normal | None) -> str:
+        """Of lobes that do not stand on N."""
+        if wanted == self.bent_to:
+            return ""
+        self.normals[f"{self.prefix}{of}normal"] = wanted
+        return f"{self.prefix}{of}normal"
+
     def lobe(self, name: str, kind: str, weight: str = "1.0", **inputs: str) -> str:
+        s = self.surface
+        if name == "coat":
+            inputs["normal"] = self.normal("coat_", s.normal if s.coat_shares_normal else s.coat_normal)
+        elif kind not in SHARING:
+            inputs["normal"] = self.normal("", s.normal)
         given = ", ".join(f'"{key}", {text}' for key, text in inputs.items() if text)
         self.lobes.append((self.prefix + name, weight, f"{kind}({given})"))
         return self.prefix + name
@@ -154,8 +224,9 @@ class Layers:
     def mix(self, mixed: Mixed) -> None:
         tops = []
         for name, surface in (("fg_", mixed.upper), ("bg_", mixed.lower)):
-            part = Layers(self.writer, surface, self.shading, self.uv, self.prefix + name)
+            part = Layers(self.writer, surface, self.shading, self.uv, self.bent_to, self.prefix + name)
             part.build()
+            self.normals |= part.normals
             self.lobes += part.lobes
             self.layers += part.layers
             tops.append(part.top)
@@ -309,9 +380,11 @@ def text_of(writer: Writer, surface: Surface, shading: Stage, displacing: Stage,
     for part in (surface, *surface.parts()):
         for each in fields(part):
             value = getattr(part, each.name)
-            if isinstance(value, Value) and each.name not in ("normal", "displacement"):
+            if isinstance(value, Normal) and not (value.is_world or uv):
+                setattr(part, each.name, None)  # there are no tangents
+            if isinstance(value, Value) and each.name != "displacement":
                 setattr(part, each.name, writer.let(shading, value))
-    made = Layers(writer, surface, shading, uv)
+    made = Layers(writer, surface, shading, uv, surface.normal)
     made.build()
     begin = ["MnkMaterialBoundary boundary = CreateBoundary(material);"]
     shade = list(shading.lines)
@@ -338,37 +411,24 @@ def text_of(writer: Writer, surface: Surface, shading: Stage, displacing: Stage,
             begin.append('AddPhaseFunction(inside, "phase", HenyeyGreensteinPfrgb());')
             inside.append(f'SetPhaseFunction(inside, "phase", HenyeyGreensteinPfrgb("meanCosine", color({cosine})));')
         methods["mnk_interior(output MnkMaterialInterior inside)"] = inside
-    if surface.displacement or (surface.normal and (uv or surface.normal_is_world)):
-        methods["mnk_displacement(output point P; output normal N)"] = displacement_lines(surface, displacing, uv)
+    if surface.displacement or surface.normal or made.normals:
+        lines = displacement_lines(writer, surface, made.normals, displacing, uv)
+        methods["mnk_displacement(output point P; output normal N)"] = lines
     return shader_text(writer, methods)
 
 
-def displacement_lines(s: Surface, displacing: Stage, uv: Value | None) -> list[str]:
+def displacement_lines(
+    writer: Writer, s: Surface, of_lobes: dict[str, Normal | None], displacing: Stage, uv: Value | None
+) -> list[str]:
     lines = list(displacing.lines)
     if s.displacement:
         lines += [
             f"P += {s.displacement.to('float').text} * normalize(N);",
             "N = normalize(calculatenormal(P));",
         ]
-    if s.normal and s.normal_is_world:
-        lines.append(f'N = normalize(ntransform("world", "current", normal({s.normal.to("vector").text})));')
-    elif s.normal and uv:
-        # Tangents along which the texture coordinates grow, from derivatives by the surface's own parameters; upright
-        # on the normal as Gram and Schmidt have it.
-        lines += [
-            f"vector bent = {s.normal.to('vector').text};",
-            f"float tangent_s = {uv.text}, tangent_t = {uv.second};",
-            "float su = Du(tangent_s), sv = Dv(tangent_s), tu = Du(tangent_t), tv = Dv(tangent_t);",
-            "float turn = su * tv - sv * tu;",
-            "vector Pu = Du(P), Pv = Dv(P), upright = normalize(N);",
-            "vector along = sign(turn) * (Pu * tv - Pv * tu);",
-            "along -= upright * (along . upright);",
-            "if (turn != 0 && along . along > 0) {",
-            "    along = normalize(along);",
-            "    vector across = upright ^ along;",
-            "    if (across . (sign(turn) * (Pv * su - Pu * sv)) < 0)",
-            "        across = -across;",
-            "    N = normalize(xcomp(bent) * along + ycomp(bent) * across + zcomp(bent) * upright);",
-            "}",
-        ]
+    for member, normal in of_lobes.items():
+        writer.members.append(f"normal {member};")
+        lines.append(f"{member} = {normal.bent(writer, uv) if normal else SMOOTH};")
+    if s.normal:
+        lines.append(f"N = {s.normal.bent(writer, uv)};")
     return lines

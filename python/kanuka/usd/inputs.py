@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from kanuka.looks.rsl import Stage, Value
-from kanuka.looks.surface import Medium, Surface
+from kanuka.looks.surface import Medium, Normal, Surface
 
 from .network import Node
 
@@ -131,22 +131,12 @@ def medium(get: Inputs, ior: str) -> Medium | None:
 
 
 def bent(get: Inputs, made: Surface, normal: str, coat_normal: str, displacing: Stage) -> None:
-    """Lobes share one normal. Where only the coat has its own, all have it: it shows in the coat's reflections."""
-    node = get.node
-    own = normal_of(node, normal, displacing)
-    coats = normal_of(node, coat_normal, displacing) if made.coat and coat_normal else None
-    if coats and coats != own:
-        if own:
-            get.told(f"{coat_normal}: a surface has one normal, that of {normal}")
-        else:
-            get.told(f"{coat_normal}: a surface has one normal; what lies below the coat has it too")
-    found = own or coats
-    if found:
-        made.normal, made.normal_is_world = found
+    made.normal = normal_of(get.node, normal, displacing)
+    made.coat_normal = normal_of(get.node, coat_normal, displacing) if made.coat and coat_normal else None
 
 
-def normal_of(node: Node, name: str, displacing: Stage) -> tuple[Value, bool] | None:
-    """With whether it is in world space. A network with a normal map in it is taken for one in tangent space."""
+def normal_of(node: Node, name: str, displacing: Stage) -> Normal | None:
+    """A network with a normal map in it is taken for one in tangent space."""
     if not node.connected(name):
         return None
     network = node.network
@@ -157,5 +147,5 @@ def normal_of(node: Node, name: str, displacing: Stage) -> tuple[Value, bool] | 
     if network.normal_maps > before:
         network.tangential.add(found.text)  # it may be asked for again, by another input
     if found.text in network.tangential:
-        return found, False
-    return network.writer.let(displacing, Value("vector", network.in_world(found.text))), True
+        return Normal(found)
+    return Normal(network.writer.let(displacing, Value("vector", network.in_world(found.text))), is_world=True)

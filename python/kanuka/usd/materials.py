@@ -150,7 +150,7 @@ class Materials:
         uv = network.uv
         if shine:
             shine.light(network, surface, shading)
-        if surface.normal and not surface.normal_is_world and uv is None:
+        if uv is None and surface.has_tangents():
             uv = writer.primvar("st", "float2")
         return self._finished(writer, surface, shading, displacing, uv)
 

@@ -21,7 +21,6 @@ Read: TypeAlias = "Callable[[Node, Stage, Stage], Surface | None]"
 
 MIX = "ND_mix_surfaceshader"
 DEEPEST = 8  # mixtures in one another: each has lobes of its own, of which there are not so many
-STRAIGHT = Value("vector", "vector(0, 0, 1)")  # a normal in tangent space that bends nothing
 
 
 def with_mixtures(surfaces: Mapping[str, Read]) -> dict[str, Read]:
@@ -38,7 +37,7 @@ def with_mixtures(surfaces: Mapping[str, Read]) -> dict[str, Read]:
             fg, bg = (part_of(node, name, known, shading, displacing) for name in ("fg", "bg"))
         finally:
             on_the_way.pop()
-        return mixed(node, fg, bg, shading, displacing) if fg and bg else fg or bg
+        return mixed(node, fg, bg, shading) if fg and bg else fg or bg
 
     known[MIX] = mixture
     return known
@@ -54,7 +53,7 @@ def part_of(node: Node, name: str, known: Mapping[str, Read], shading: Stage, di
     return None
 
 
-def mixed(node: Node, fg: Surface, bg: Surface, shading: Stage, displacing: Stage) -> Surface:
+def mixed(node: Node, fg: Surface, bg: Surface, shading: Stage) -> Surface:
     network = node.network
     given = node.value("mix", shading, "float", 0.0)
     assert given
@@ -68,7 +67,11 @@ def mixed(node: Node, fg: Surface, bg: Surface, shading: Stage, displacing: Stag
         made.presence = network.writer.let(shading, Value("float", f"{front.text} + (1 - {weight.text}) * {b}"))
         weight = Value("float", f"({made.presence.text} > 0 ? {front.text} / {made.presence.text} : 0)")
     made.mixed = Mixed(fg, bg, network.writer.let(shading, weight))
-    bend(node, made, fg, bg, displacing)
+    if fg.normal == bg.normal:
+        made.normal = fg.normal
+    elif any(part.normal and (part.transmission or part.translucence) for part in made.parts()):
+        text = "what lets light through has the smooth normal: of parts that differ, lobes that reflect have their own"
+        network.tell(f"{network.material}: {node}: {text}")
     if (count := lobes_of(made)) > MOST_LOBES:
         alone = fg if not node.connected("mix") and node.number("mix", 0.0) > 0.5 else bg
         name = "foreground" if alone is fg else "background"
@@ -76,19 +79,3 @@ def mixed(node: Node, fg: Surface, bg: Surface, shading: Stage, displacing: Stag
         network.tell(f"{network.material}: {node}: {text}")
         return alone
     return made
-
-
-def bend(node: Node, made: Surface, fg: Surface, bg: Surface, displacing: Stage) -> None:
-    """Lobes share one normal. In tangent space that is between the two, by the weight."""
-    network, writer = node.network, node.network.writer
-    made.normal, made.normal_is_world = fg.normal or bg.normal, (fg if fg.normal else bg).normal_is_world
-    if fg.normal == bg.normal and fg.normal_is_world == bg.normal_is_world:
-        return
-    if fg.normal_is_world or bg.normal_is_world:
-        network.tell(f"{network.material}: {node}: a surface has one normal, that of {'fg' if fg.normal else 'bg'}")
-        return
-    network.tell(f"{network.material}: {node}: a surface has one normal, between those of fg and bg by the weight")
-    weight = node.value("mix", displacing, "float", 0.0)
-    assert weight
-    lower, upper = ((part.normal or STRAIGHT).to("vector").text for part in (bg, fg))
-    made.normal = writer.let(displacing, Value("vector", f"mix({lower}, {upper}, clamp({weight.text}, 0, 1))"))

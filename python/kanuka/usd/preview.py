@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kanuka.looks.rsl import Stage, Value
-from kanuka.looks.surface import Surface
+from kanuka.looks.surface import Normal, Surface
 
 from .network import Evaluate, Node, texture
 
@@ -111,7 +111,9 @@ def preview_surface(node: Node, shading: Stage, displacing: Stage) -> Surface:
             opacity = Value("float", f"{opacity.text} < {limit.text} ? 0 : 1")
         made.presence = opacity
     if node.connected("normal"):
-        made.normal = node.value("normal", displacing, "vector")
+        found = node.value("normal", displacing, "vector")
+        assert found
+        made.normal, made.coat_shares_normal = Normal(found), True
     if used("displacement"):
         made.displacement = node.value("displacement", displacing, "float")
     return made

@@ -24,13 +24,15 @@ static std::string lobe_inputs(const grid::LobeDecl& lobe) {
     std::string text;
     text += "| input | default | range | unit | is |\n|---|---|---|---|---|\n";
     for (const grid::LobeInput& in : lobe.inputs) {
+        static constexpr const char* Types[] = {"float ", "color ", "normal "};
         const bool color = in.type == grid::InputType::Color;
         std::string fallback = number(in.fallback.x);
         if (color && !(in.fallback.x == in.fallback.y && in.fallback.y == in.fallback.z))
             fallback += " " + number(in.fallback.y) + " " + number(in.fallback.z);
-        text += "| `" + std::string(color ? "color " : "float ") + std::string(in.name) + "` | " + fallback +
-                " | " + number(in.low) + " to " + number(in.high) + " | " + std::string(in.unit) + " | " +
-                std::string(in.doc) + " |\n";
+        const bool bounded = in.type != grid::InputType::Normal;
+        text += "| `" + std::string(Types[int(in.type)]) + std::string(in.name) + "` | " + fallback + " | " +
+                (bounded ? number(in.low) + " to " + number(in.high) : "any") + " | " + std::string(in.unit) +
+                " | " + std::string(in.doc) + " |\n";
     }
     text += "\n";
     return text;

@@ -37,6 +37,12 @@ enum class Base : uint8_t {
     ObjectProperties,
 };
 
+constexpr Base base_of(grid::InputType type) {
+    return type == grid::InputType::Float   ? Base::Float
+           : type == grid::InputType::Color ? Base::Color
+                                            : Base::Normal;
+}
+
 struct StructDecl;
 
 struct Type {

@@ -359,8 +359,7 @@ ast::Type Sema::construct(Expr* e) {
             choose(e->args[i + 1], choices, name->text);
             continue;
         }
-        const ast::Type want_type{lobe.inputs[input].type == grid::InputType::Color ? Base::Color
-                                                                                    : Base::Float};
+        const ast::Type want_type{base_of(lobe.inputs[input].type)};
         expr(e->args[i + 1], &want_type);
         want(e->args[i + 1], want_type, "input \"" + std::string(name->text) + "\"");
     }

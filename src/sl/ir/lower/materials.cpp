@@ -109,7 +109,7 @@ void MaterialLowerer::bind_lobe(const VarDecl* v, const Expr* init) {
     Binding& bound = m_state.bindings[v];
     for (size_t i = 0; i < value.inputs.size() && i < bound.inputs.size(); i++) {
         const grid::LobeInput& in = lobe.inputs[i];
-        const Ty t = in.type == grid::InputType::Color ? Ty::Triple : Ty::Float;
+        const Ty t = in.type == grid::InputType::Float ? Ty::Float : Ty::Triple;
         Ref r = value.inputs[i];
         if (r == ir::None && bound.inputs[i] < 0)
             continue;
@@ -133,9 +133,8 @@ MaterialLowerer::LobeValue MaterialLowerer::lobe_value(const Expr* e) {
         for (size_t i = 0; i + 1 < e->args.size(); i += 2) {
             const int input = grid::find_input(lobe, e->args[i]->text);
             if (input >= 0)
-                value.inputs[size_t(input)] = expr_as(
-                    e->args[i + 1],
-                    {lobe.inputs[size_t(input)].type == grid::InputType::Color ? Base::Color : Base::Float});
+                value.inputs[size_t(input)] =
+                    expr_as(e->args[i + 1], {base_of(lobe.inputs[size_t(input)].type)});
         }
     } else if (e->kind == ExprKind::Name && e->var) {
         const Binding& b = bind(e->var);
