@@ -37,6 +37,11 @@ def whole(values: object) -> np.ndarray:
     return np.asarray(values if values is not None else (), dtype=np.int32).reshape(-1)
 
 
+def extremes(values: np.ndarray) -> tuple[int, int]:
+    """The least and the greatest of some. NumPy's reductions take several times as long where there are few."""
+    return int(values[values.argmin()]), int(values[values.argmax()])
+
+
 def class_of(interpolation: str) -> str:
     """The storage class; empty where USD has no such interpolation."""
     return _CLASSES.get(interpolation, "")
@@ -58,13 +63,14 @@ def primvar(
         return {}
     if not type(values).__name__.endswith("Array"):  # of Vt
         array = array.reshape(1, -1)
-    array = array.reshape(len(array), -1)
+    if array.ndim != 2:
+        array = array.reshape(len(array), -1)
     if colors is not None and array.shape[1] in (3, 4):
-        array = np.asarray(colors(found.GetAttr(), array), dtype=np.float32)
+        array = colors(found.GetAttr(), array)
     if (size := found.GetElementSize()) > 1 and len(array) % size == 0:
         array = array.reshape(len(array) // size, -1)
     if not len(array) or array.shape[1] < _SIZES[kind]:
         return {}
     if kind == "float2":
-        return {f"{storage} float {half}": array[:, i].copy() for i, half in enumerate(halves(name))}
-    return {f"{storage} {kind} {name}": np.ascontiguousarray(array[:, : _SIZES[kind]])}
+        return {f"{storage} float {half}": array[:, i].astype(np.float32) for i, half in enumerate(halves(name))}
+    return {f"{storage} {kind} {name}": np.ascontiguousarray(array[:, : _SIZES[kind]], dtype=np.float32)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,8 +10,8 @@ from pxr import UsdShade
 
 import kanuka
 
-from .arrays import primvar
-from .items import BINDING, Item, primvar_of
+from .arrays import is_list, primvar
+from .items import Item, primvar_of, primvars_of
 from .linking import Links
 from .materials import Made, Materials
 from .mesh_lights import INDEPENDENT, TINTED, Glow, MeshLights
@@ -20,7 +20,8 @@ from .render_vars import Shown
 from .spaces import Spaces
 from .stage import Gathered, Say
 
-COLLECTION = f"{BINDING}:collection"
+AHEAD = ("faceVertexCounts", "faceVertexIndices", "subdivisionScheme")  # attributes that are read for many prims
+MOST_POINTS = 1 << 15  # of prims whose attributes are read together
 ST = ("st", "UVMap", "map1", "uv")  # and some exporters' names of it
 
 
@@ -46,28 +47,39 @@ class Shapes:
 
     def add(self, place: kanuka.Scene | kanuka.Group, items: Sequence[Item]) -> None:
         self.bind(items)
-        for item in items:
-            try:
-                self.adders[item.kind](self, place, item)
-            except (ValueError, TypeError) as error:
-                self.say("error", f"{item.path}: {error}. It is left out")
+        for some in self.read_ahead(items):
+            for item in some:
+                try:
+                    self.adders[item.kind](self, place, item)
+                except (ValueError, TypeError) as error:
+                    self.say("error", f"{item.path}: {error}. It is left out")
+
+    def read_ahead(self, items: Sequence[Item]) -> Iterator[list[Item]]:
+        """Some at a time, with values that each will be asked for: an attribute of many prims is read sooner than many
+        attributes of a prim, whose code is not in the processor's caches each time. Those of large ones would fill the
+        memory."""
+        frame, left = self.shutter.frame, iter(items)
+        while some := list(self.up_to(MOST_POINTS, left)):
+            for name in AHEAD:
+                for item in some:
+                    if name in item.names:
+                        item.ahead[name] = item.prim.GetAttribute(name).Get(frame)
+            yield some
+
+    def up_to(self, most: int, items: Iterator[Item]) -> Iterator[Item]:
+        """With their points."""
+        count = 0
+        while count < most and (item := next(items, None)):
+            points = item.ahead["points"] = item.authored("points", self.shutter.frame)
+            count += len(points) if is_list(points) else 0
+            yield item
 
     def bind(self, items: Sequence[Item]) -> None:
-        """Finds the materials that prims are bound to. Those that only inherit one are bound as others below the same
-        prim, but where collections are bound: these name prims."""
-        alike: dict[tuple, list[Item]] = {}
-        for item in items:
-            own = any(name.startswith(BINDING) for name in item.names)
-            above = item.above.bindings
-            by_name = any(name.startswith(COLLECTION) for _, names in above for name in names)
-            key = (item.path,) if own or by_name else ("", *(prim.GetPath() for prim, _ in above))
-            alike.setdefault(key, []).append(item)
+        """Finds the materials that prims are bound to."""
         # All at once: USD keeps what it finds of bindings above prims, and works in parallel.
-        firsts = [group[0].prim for group in alike.values()]
-        bound, _ = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(firsts)
-        for group, material in zip(alike.values(), bound, strict=True):
-            for item in group:
-                item.bound = material
+        bound, _ = UsdShade.MaterialBindingAPI.ComputeBoundMaterials([item.prim for item in items])
+        for item, material in zip(items, bound, strict=True):
+            item.bound = material
 
     def looks(self, item: Item, made: Made) -> dict[str, object]:
         return {"transform": item.matrix, "name": item.path, "material": made.material, **self.links.of(item.prim)}
@@ -88,13 +100,13 @@ class Shapes:
             for name, (ours, kind) in made.primvars.items():
                 names = ST if name == "st" else (name,)
                 self.asked.update(names)
-                have = primvar_of(item, *names)
-                if have is None:
-                    continue
-                values = primvar(have, ours, kind, self.shutter.frame, self.spaces.colors)
-                if not values:
-                    self.say("warning", f"{item.path}: primvar {name} is no {kind}; it is not read")
-                found |= {key: self.one(item, name, key, array) for key, array in values.items()}
+                for have in primvars_of(item, *names):
+                    if values := primvar(have, ours, kind, self.shutter.frame, self.spaces.colors):
+                        found |= {key: self.one(item, name, key, array) for key, array in values.items()}
+                        break
+                    if have.HasValue():
+                        self.say("warning", f"{item.path}: primvar {name} is no {kind}; it is not read")
+                        break
         return found
 
     def layers(self, item: Item) -> dict[str, np.ndarray]:

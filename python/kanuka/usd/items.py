@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdShade, Vt
 
 IDENTITY = Gf.Matrix4d(1)
 BINDING = "material:binding"
@@ -76,22 +77,41 @@ def above_of(prim: Usd.Prim) -> Above:
 
 @dataclass(slots=True)
 class Item:
-    """A prim with a shape. `names`: properties that have opinions; others cost nothing to ask for."""
+    """A prim with a shape. `names`: properties that have opinions; others cost nothing to ask for. `shines`: whether it
+    is a light."""
 
     prim: Usd.Prim
     path: str
     kind: str
     names: frozenset[str]
-    matrix: np.ndarray  # place_from_prim, on columns: (4, 4) or (T, 4, 4)
     above: Above
-    children: bool
+    children: bool = False
+    shines: bool = False
+    matrix: np.ndarray | None = None  # place_from_prim, on columns: (4, 4) or (T, 4, 4); set by place_all()
     bound: UsdShade.Material | None = None
+    ahead: dict[str, object] = field(default_factory=dict)  # values that were read ahead, at the frame
 
-    def value(self, name: str, time: Usd.TimeCode):
+    def authored(self, name: str, frame: Usd.TimeCode):
+        """Of an attribute; None: there is no opinion."""
+        if name in self.ahead:
+            return self.ahead.pop(name)
+        return self.prim.GetAttribute(name).Get(frame) if name in self.names else None
+
+    def value(self, name: str, frame: Usd.TimeCode):
         """Of an attribute; its schema's fallback where there is no opinion."""
-        if name in self.names and (found := self.prim.GetAttribute(name).Get(time)) is not None:
-            return found
-        return fallback(self.kind, name)
+        found = self.authored(name, frame)
+        return fallback(self.kind, name) if found is None else found
+
+
+def place_all(items: list[Item]) -> None:
+    """Sets their matrices: for NumPy those of hundreds that stand still are as much work as a single one."""
+    still = [item for item in items if len(item.above.matrices) == 1]
+    matrices = np.array(Vt.Matrix4dArray([item.above.matrices[0] for item in still])).reshape(-1, 4, 4)
+    for item, matrix in zip(still, matrices.transpose(0, 2, 1), strict=True):
+        item.matrix = matrix
+    for item in items:
+        if item.matrix is None:
+            item.matrix = item.above.columns
 
 
 @cache
@@ -100,15 +120,18 @@ def fallback(kind: str, name: str):
     return definition.GetAttributeFallbackValue(name) if definition else None
 
 
-def primvar_of(item: Item, *names: str) -> UsdGeom.Primvar | None:
-    """The first of some names that a prim has, or inherits."""
+def primvars_of(item: Item, *names: str) -> Iterator[UsdGeom.Primvar]:
+    """Those of some names that a prim has, or inherits, the best first. Ones of no value are among them: to ask for the
+    value itself tells these as well."""
     for name in names:
         full = f"primvars:{name}"
         if full in item.names:
-            found = UsdGeom.Primvar(item.prim.GetAttribute(full))
-            if found.HasValue():
-                return found
+            yield UsdGeom.Primvar(item.prim.GetAttribute(full))
         for found in item.above.primvars:
             if found.GetName() == full:
-                return found
-    return None
+                yield found
+
+
+def primvar_of(item: Item, *names: str) -> UsdGeom.Primvar | None:
+    """The first of them that has a value."""
+    return next((found for found in primvars_of(item, *names) if found.HasValue()), None)

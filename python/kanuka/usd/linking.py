@@ -66,6 +66,8 @@ class Links:
 
     def of(self, prim: Usd.Prim) -> dict[str, list[str]]:
         """Names of lights, as settings of what is added to a scene."""
+        if not self._lights:
+            return {}
         path = self.path_of(prim)
         found: dict[str, list[str]] = {}
         for name, (light, shadow) in self._lights.items():

@@ -93,10 +93,12 @@ class Materials:
 
     def of(self, material: UsdShade.Material, shine: Shine | None = None) -> Made | None:
         """None: it has no surface that can be read, which was told."""
-        key = (str(material.GetPath()), shine)
-        if key not in self._made:
-            self._made[key] = self._make(material, shine)
-        return self._made[key]
+        key = (material.GetPath(), shine)
+        try:
+            return self._made[key]
+        except KeyError:
+            self._made[key] = made = self._make(material, shine)
+            return made
 
     def plain(self, shine: Shine | None = None) -> Made:
         """Of what has no material: grey, or as displayColor has it."""

@@ -11,6 +11,7 @@ import kanuka
 from kanuka.looks.colors import Lookup
 from kanuka.looks.files import Files
 
+from .items import Item
 from .lights import emission, multipliers
 from .linking import name_of
 from .materials import Shine
@@ -61,11 +62,15 @@ class MeshLights:
             others = ", ".join(str(path) for path in targets if path not in meshes) or "nothing"
             self._say("warning", f"{light.GetPath()}: its geometry is {others}: only meshes shine")
 
-    def of(self, prim: Usd.Prim, time: Usd.TimeCode, area: Callable[[], float]) -> Glow | None:
-        """area() is that of the mesh in the world. None: it is no light, or a bad one, which is told."""
-        light = self._named.get(name_of(prim), prim) if self._named else prim
-        if not light.HasAPI(UsdLux.LightAPI):
-            return None
+    def light_of(self, item: Item) -> Usd.Prim | None:
+        """What a mesh shines by: itself, or the light that names it; None: it does not."""
+        named = self._named.get(name_of(item.prim)) if self._named else None
+        if named is not None:
+            return named if named.HasAPI(UsdLux.LightAPI) else None
+        return item.prim if item.shines else None
+
+    def of(self, light: Usd.Prim, time: Usd.TimeCode, area: Callable[[], float]) -> Glow | None:
+        """area() is that of the mesh in the world. None: it is a bad one, which is told."""
         self.number += 1
         api = UsdLux.LightAPI(light)
         try:

@@ -32,11 +32,12 @@ class Shutter:
 
     def points(self, item: Item, say: Say) -> np.ndarray | None:
         """(N, 3), or (T, N, 3) where they move; None: the prim has none."""
-        rates = [name for name in ("velocities", "accelerations") if name in item.names]
-        if len(self.times) > 1 and "velocities" in rates and all(self._usable(item, name, say) for name in rates):
-            times = self.times if len(rates) == 1 else self.curved(item.prim)
-            found = UsdGeom.PointBased(item.prim).ComputePointsAtTimes(list(times), self.frame)
-            return together([rows(values, 3) for values in found]) if found else None
+        if len(self.times) > 1 and "velocities" in item.names:
+            rates = [name for name in ("velocities", "accelerations") if name in item.names]
+            if all(self._usable(item, name, say) for name in rates):
+                times = self.times if len(rates) == 1 else self.curved(item.prim)
+                found = UsdGeom.PointBased(item.prim).ComputePointsAtTimes(list(times), self.frame)
+                return together([rows(values, 3) for values in found]) if found else None
         return self.values(item, "points", 3)
 
     def _usable(self, item: Item, name: str, say: Say) -> bool:
@@ -62,14 +63,11 @@ class Shutter:
     def values(self, item: Item, name: str, width: int) -> np.ndarray | None:
         """(N, width), or (T, N, width) where an attribute moves; None if it has no value. What changes its number of
         rows while the shutter is open is as at the frame."""
-        if name not in item.names:
-            return None
-        attribute = item.prim.GetAttribute(name)
-        still = attribute.Get(self.frame)
+        still = item.authored(name, self.frame)
         if still is None:
             return None
         still = rows(still, width)
-        if len(self.times) == 1 or not attribute.ValueMightBeTimeVarying():
+        if len(self.times) == 1 or not (attribute := item.prim.GetAttribute(name)).ValueMightBeTimeVarying():
             return still
         arrays = [rows(found, width) for time in self.times if (found := attribute.Get(time)) is not None]
         if len(arrays) < len(self.times) or any(a.shape != still.shape for a in arrays):

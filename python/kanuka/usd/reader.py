@@ -16,7 +16,7 @@ from .adders import ADDERS
 from .geometry import Shapes
 from .instanced_lights import InstancedLights, Places, instanced
 from .instances import Instancer
-from .items import IDENTITY, Above, Item, above_of, bindings_of, handed_down, moved
+from .items import IDENTITY, Above, Item, above_of, bindings_of, handed_down, moved, place_all
 from .lights import ADDERS as LIGHTS
 from .lights import Light, portals, stage_lights
 from .linking import Links
@@ -124,17 +124,20 @@ class Reader:
         )
         self.transforms = Transforms(frame, self.shutter.times)
         self.instanced = InstancedLights()
+        self.instancing = bool(self.stage.GetPrototypes())
         self.world = stage_matrix(self.stage)
         self.draw_modes = draw_modes.DrawModes(self.shapes, str(UsdGeom.GetStageUpAxis(self.stage)))
 
     def read(self) -> None:
         root = Above(matrices=(Gf.Matrix4d(self.world.T),))
+        self.spaces.on_prims = False
         self.fill(self.scene, self.collect(self.stage.GetPseudoRoot(), root, self.scene))
         if self.volumes:
             self.say("warning", volumes.told(self.volumes, self.shutter.frame))
         self.gathered.tell(self.say)
 
     def fill(self, place: Place, found: Found) -> None:
+        place_all([*found.items, *found.models])
         self.shapes.add(place, found.items)
         for model in found.models:
             self.draw_modes.draw(place, model)
@@ -172,12 +175,13 @@ class Reader:
             names = frozenset(prim.GetAuthoredPropertyNames())
             if "visibility" in names and self.hidden(prim):
                 continue
+            self.spaces.on_prims |= "colorSpace:name" in names
             here = self.enter(prim, names, above, root if inside else None)
             if here.draw_mode != draw_modes.DEFAULT and draw_modes.applies(prim, names):
                 if self.shows(here):
-                    found.models.append(self.item(prim, kind, names, here))
+                    found.models.append(Item(prim, str(prim.GetPath()), kind, names, here))
                 continue
-            if inside and prim.IsInstance():
+            if inside and self.instancing and prim.IsInstance():
                 self.place_instance(found, prim, names, here)
                 continue
             inside = True
@@ -198,9 +202,6 @@ class Reader:
 
     def shows(self, here: Above) -> bool:
         return (here.purpose or "default") in self.purposes
-
-    def item(self, prim: Usd.Prim, kind: str, names: frozenset[str], here: Above, children: bool = False) -> Item:
-        return Item(prim, str(prim.GetPath()), kind, names, here.columns, here, children)
 
     def hidden(self, prim: Usd.Prim) -> bool:
         return prim.GetAttribute("visibility").Get(self.shutter.frame) == UsdGeom.Tokens.invisible
@@ -226,7 +227,7 @@ class Reader:
         if kind in ADDERS:
             if light and kind != "Mesh":
                 self.say("warning", f"{prim.GetPath()}: of shapes only meshes are lights: it does not shine")
-            found.items.append(self.item(prim, kind, names, here, children))
+            found.items.append(Item(prim, str(prim.GetPath()), kind, names, here, children, light))
         elif kind == "Volume":
             self.volumes.append(prim)
         elif light:
@@ -270,6 +271,7 @@ class Reader:
             self.say("error", f"{path}: the prototype is in itself. It is left out there")
             return None
         above = above_of(prim)
+        self.spaces.on_prims = True  # what is above it may be out of the walk's way
         self._on_the_way.add(path)
         held = self.group_of(("prototype", path), prim, self.links.path_in(instancer, prim), above, above)
         self._on_the_way.discard(path)

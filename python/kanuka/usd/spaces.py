@@ -31,6 +31,7 @@ class Spaces:
         self._told: set[tuple[str, str]] = set()
         self._often: Counter[str] = Counter()
         self._by_parent: dict[Sdf.Path, str] = {}
+        self.on_prims = True  # whether prims with primvars may say one; walks know
 
     def of(self, attribute: Usd.Attribute, inherits: bool = True) -> Space | None:
         """None: nothing says one, or one that nobody knows, which is told."""
@@ -67,8 +68,8 @@ class Spaces:
         return self.of(attribute) if str(attribute.GetTypeName()).removesuffix("[]") in COLORS else None
 
     def colors(self, attribute: Usd.Attribute, values: np.ndarray) -> np.ndarray:
-        """Those of an attribute, (…, 3) or (…, 4)."""
-        space = self.of_color(attribute)
+        """Those of a primvar, (…, 3) or (…, 4)."""
+        space = self.of_color(attribute) if self.on_prims or attribute.HasColorSpace() else None
         return values if space is None else space.converted(values, self.rendered)
 
     def light(self, attribute: Usd.Attribute, time: Usd.TimeCode, default: tuple[float, ...]) -> np.ndarray:
