@@ -85,3 +85,11 @@ def test_a_primvar_that_is_blocked_gives_way_to_the_inherited_one(tmp_path: Path
 
     assert red(COLOR + "None") == pytest.approx(red(""))
     assert red(COLOR + "[(0.25, 0, 0)]") < 0.6 * red("")
+
+
+@pytest.mark.parametrize("kind", ["color3f", "float"])
+def test_a_primvar_without_values_is_told_and_its_mesh_stays(tmp_path: Path, kind: str):
+    empty = COLOR.replace("color3f", kind) + "[]"
+    scene, told = read(stage(tmp_path, CAMERA, TINTED, SUN, FLOOR.replace("EXTRA", empty)))
+    assert told == ["/floor: primvar displayColor is no color; it is not read"]
+    assert scene.summary()["points"] == 4

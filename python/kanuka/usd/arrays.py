@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -64,7 +65,7 @@ def primvar(
     if not type(values).__name__.endswith("Array"):  # of Vt
         array = array.reshape(1, -1)
     if array.ndim != 2:
-        array = array.reshape(len(array), -1)
+        array = array.reshape(len(array), math.prod(array.shape[1:]))
     if colors is not None and array.shape[1] in (3, 4):
         array = colors(found.GetAttr(), array)
     if (size := found.GetElementSize()) > 1 and len(array) % size == 0:
