@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -93,3 +94,12 @@ def test_a_primvar_without_values_is_told_and_its_mesh_stays(tmp_path: Path, kin
     scene, told = read(stage(tmp_path, CAMERA, TINTED, SUN, FLOOR.replace("EXTRA", empty)))
     assert told == ["/floor: primvar displayColor is no color; it is not read"]
     assert scene.summary()["points"] == 4
+
+
+def test_what_a_render_needs_not_is_not_imported():
+    code = "import sys, kanuka; print(*sys.modules); kanuka.ShaderGraph, kanuka.procedural; print(*sys.modules)"
+    made = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    before, after = (set(line.split()) for line in made.stdout.splitlines())
+    late = {"numpy", "json", "kanuka.graph", "kanuka.procedurals"}
+    assert not before & late
+    assert late <= after

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from .motion import Shutter
 from .stage import Say
@@ -23,15 +23,21 @@ def pose(stage: Usd.Stage, shot: Shutter, say: Say) -> None:
         interval = Gf.Interval(shot.times[0].GetValue(), shot.times[-1].GetValue())
         kinds = [(prim, prim.GetTypeName()) for prim in stage.Traverse()]
         if any(kind == "SkelRoot" for _, kind in kinds):
-            UsdSkel.BakeSkinning(stage.Traverse(), interval)
+            bake(stage.Traverse(), interval)
         instancers = [UsdGeom.PointInstancer(prim) for prim, kind in kinds if kind == "PointInstancer"]
         for prim in hidden_prototypes(stage, instancers):
             with defined(stage, prim.GetPath()):
-                UsdSkel.BakeSkinning(Usd.PrimRange(stage.GetPrimAtPath(prim.GetPath())), interval)
+                bake(Usd.PrimRange(stage.GetPrimAtPath(prim.GetPath())), interval)
+
+
+def bake(prims: Usd.PrimRange, interval: Gf.Interval) -> None:
+    from pxr import UsdSkel  # which most stages do without
+
+    UsdSkel.BakeSkinning(prims, interval)
 
 
 def has_skins(prims: Usd.PrimRange) -> bool:
-    return any(prim.IsA(UsdSkel.Root) or prim.HasAPI(UsdSkel.BindingAPI) for prim in prims)
+    return any(prim.IsA("SkelRoot") or prim.HasAPI("SkelBindingAPI") for prim in prims)
 
 
 def take_apart(stage: Usd.Stage) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 from kanuka._native import Error
@@ -50,11 +51,9 @@ def prepare() -> None:
     name = "PXR_MTLX_STDLIB_SEARCH_PATHS"
     if name in os.environ:
         return
-    try:
-        import MaterialX
-    except ImportError:
-        return
-    os.environ[name] = str(Path(MaterialX.__file__).parent / "libraries")
+    # Where it is, without importing it: stages without its nodes need no more.
+    if (found := find_spec("MaterialX")) and found.origin:
+        os.environ[name] = str(Path(found.origin).parent / "libraries")
 
 
 def require() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pxr import Usd, UsdVol
+from pxr import Usd
 
 FIELDS = frozenset({"OpenVDBAsset", "Field3DAsset"})
 MOST_NAMED = 8
@@ -18,6 +18,8 @@ def told(volumes: list[Usd.Prim], frame: Usd.TimeCode) -> str:
 
 def fields_of(volume: Usd.Prim, frame: Usd.TimeCode) -> str:
     """Names of fields with what they are: "density of smoke.vdb"."""
+    from pxr import UsdVol  # which most stages do without
+
     found = []
     for name, path in UsdVol.Volume(volume).GetFieldPaths().items():
         field = volume.GetStage().GetPrimAtPath(path)
