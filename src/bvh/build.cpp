@@ -216,7 +216,7 @@ class Builder {
     }
 
     void add_instances(Group& group, const GroupDesc::Instances& desc, const GroupDesc& child) {
-        if (desc.paths.empty() && desc.transforms.empty())
+        if (desc.paths.empty() && desc.places.empty())
             return;
         auto in = std::make_unique<Instances>();
         const size_t target = target_of(desc, m_whole);
@@ -225,11 +225,11 @@ class Builder {
         in->slots = child.slots;
         in->first_emitter = child.emitters > 0 ? child.first_emitter : -1;
         in->target = &m_groups[target];
-        in->transforms = desc.transforms;
+        in->places = desc.places;
         in->paths = desc.paths;
         in->child = box_of(*in->target);
         if (in->paths.empty())
-            in->clusters = cluster_instances(in->transforms, in->child);
+            in->clusters = cluster_instances(in->places, in->child);
         else
             bound_paths(*in);
         const size_t count = in->paths.empty() ? in->clusters.size() : in->paths.size();

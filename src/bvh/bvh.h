@@ -13,6 +13,7 @@
 
 #include "base/lanes.h"
 #include "base/motion.h"
+#include "base/places.h"
 #include "base/vec.h"
 #include "bvh/solids.h"
 #include "bvh/watch.h"
@@ -30,8 +31,7 @@ struct GroupDesc {
     std::vector<Range> shapes;
     struct Instances {
         int group;
-        std::span<const float>
-            transforms; // row-major 3x4 group_from_child, 12 floats each; must outlive the scene
+        Places places; // group_from_child; their matrices must outlive the scene
         // Moving ones instead: where each is at a time from 0 to 1; must outlive the scene.
         std::span<const MotionPath> paths = {};
         int first_slot = Unnumbered; // within the group; see number_emitters()

@@ -41,8 +41,8 @@ uint64_t spread(uint32_t x) {
 
 // Along Morton's curve (1966): the code of the box's middle in the upper bits, the instance's number in the
 // lower ones. More instances leave fewer bits to the code, but still some cells for each.
-std::vector<uint64_t> along_curve(std::span<const float> transforms, const Bounds3f& child) {
-    const size_t count = transforms.size() / 12;
+std::vector<uint64_t> along_curve(const Places& places, const Bounds3f& child) {
+    const size_t count = places.size();
     const int number_bits = std::bit_width(count);
     constexpr uint64_t Out = ~uint64_t(0);
     constexpr uint32_t LastCell = 0x1fffff;
@@ -52,8 +52,9 @@ std::vector<uint64_t> along_curve(std::span<const float> transforms, const Bound
     tasks::parallel_chunks(count, Chunk, [&](size_t begin, size_t end) {
         Bounds3f here;
         for (size_t i = begin; i < end; i++) {
-            const Bounds3f box = placed(transforms.data() + i * 12, child);
-            const bool in = can_be_hit(box);
+            const Matrix m = places[i];
+            const Bounds3f box = placed(m.data(), child);
+            const bool in = can_be_hit(box) && has_inverse(m.data());
             keys[i] = in ? 0 : Out;
             if (in)
                 here.extend(box);
@@ -69,7 +70,8 @@ std::vector<uint64_t> along_curve(std::span<const float> transforms, const Bound
         for (size_t i = begin; i < end; i++) {
             if (keys[i] == Out)
                 continue;
-            const float* m = transforms.data() + i * 12;
+            const Matrix matrix = places[i];
+            const float* m = matrix.data();
             const auto along = [&](int r) {
                 const float x = m[4 * r] * middle.x + m[4 * r + 1] * middle.y + m[4 * r + 2] * middle.z;
                 return std::clamp((x + m[4 * r + 3] - all.lo[r]) * cells, 0.0f, float(LastCell));
@@ -102,12 +104,8 @@ double usual_area(std::span<const Bounds3f> boxes) {
 
 // Cuts a run of the curve where that costs rays least, which meet a box in proportion to its area. So none
 // reaches over a gap. Returns how many instances each cluster has.
-std::vector<uint8_t> cut(std::span<const uint64_t> run, std::span<const float> transforms,
-                         const Bounds3f& child) {
-    const size_t n = run.size();
-    std::vector<Bounds3f> boxes(n);
-    for (size_t i = 0; i < n; i++)
-        boxes[i] = placed(transforms.data() + size_t(run[i]) * 12, child);
+std::vector<uint8_t> cut(std::span<const Bounds3f> boxes) {
+    const size_t n = boxes.size();
     const double each = ClusterCost * usual_area(boxes);
     std::vector<double> cost(n + 1, 0.0); // of the best cut of the first so many
     std::vector<uint8_t> last(n + 1, 1);  // how many its last cluster has
@@ -128,64 +126,115 @@ std::vector<uint8_t> cut(std::span<const uint64_t> run, std::span<const float> t
     return sizes;
 }
 
-void fill(Cluster& c, std::span<const uint64_t> instances, std::span<const float> transforms,
-          const Bounds3f& child) {
-    for (size_t k = 0; k < Cluster::Size; k++) {
-        const size_t i = size_t(instances[k < instances.size() ? k : 0]);
-        const bool used = invert(transforms.data() + i * 12, c.child_from_group[k]) && k < instances.size();
-        const Bounds3f box = used ? placed(transforms.data() + i * 12, child) : Bounds3f();
-        for (int a = 0; a < 3; a++)
-            c.lo[a][k] = box.lo[a], c.hi[a][k] = box.hi[a];
-        c.instance[k] = uint32_t(i);
+// Planes around boxes that lie in `all`, outwards by less than a 255th of that.
+void set_boxes(Cluster& c, std::span<const Bounds3f> boxes, const Bounds3f& all) {
+    constexpr float Least = std::numeric_limits<float>::min();
+    for (int a = 0; a < 3; a++) {
+        std::fill_n(c.lo[a], Cluster::Size, uint8_t(0)), std::fill_n(c.hi[a], Cluster::Size, uint8_t(0));
+        c.origin[a] = all.lo[a];
+        c.step[a] = std::max((all.hi[a] - all.lo[a]) / 255, Least);
+        while (c.plane(a, 255) < all.hi[a]) // it was rounded
+            c.step[a] *= 1 + 0x1p-20f;
+        const auto number = [&](float x) { return std::clamp(int((x - c.origin[a]) / c.step[a]), 0, 255); };
+        for (size_t k = 0; k < boxes.size(); k++) {
+            int first = number(boxes[k].lo[a]), last = number(boxes[k].hi[a]);
+            while (first > 0 && c.plane(a, first) > boxes[k].lo[a])
+                first--;
+            while (last < 255 && c.plane(a, last) < boxes[k].hi[a])
+                last++;
+            c.lo[a][k] = uint8_t(first), c.hi[a][k] = uint8_t(last);
+        }
     }
+}
+
+void fill(Cluster& c, std::span<const uint64_t> instances, std::span<const Bounds3f> boxes) {
+    Bounds3f all;
+    for (const Bounds3f& box : boxes)
+        all.extend(box);
+    set_boxes(c, boxes, all);
+    std::fill_n(c.instance, Cluster::Size, Cluster::None);
+    std::copy(instances.begin(), instances.end(), c.instance);
+}
+
+// Of a run of the curve.
+std::vector<Cluster> clusters_of(std::span<const uint64_t> run, const Places& places, const Bounds3f& child) {
+    std::vector<Bounds3f> boxes(run.size());
+    for (size_t i = 0; i < run.size(); i++)
+        boxes[i] = placed(places[size_t(run[i])].data(), child);
+    const std::vector<uint8_t> sizes = cut(boxes);
+    std::vector<Cluster> clusters(sizes.size());
+    size_t first = 0;
+    for (size_t i = 0; i < sizes.size(); first += sizes[i++])
+        fill(clusters[i], run.subspan(first, sizes[i]), std::span(boxes).subspan(first, sizes[i]));
+    return clusters;
+}
+
+// Slabs are widened as Embree's robust traversal does: by three units in the last place.
+constexpr float Ulp = 0x1p-23f, Nearer = 1 - 3 * Ulp, Further = 1 + 3 * Ulp;
+
+template <int W>
+Float<W> slopes_of(Float<W> direction) {
+    const Float<W> least(1e-18f);
+    return Float<W>(1.0f) / select(abs(direction) < least, copysign(least, direction), direction);
 }
 
 } // namespace
 
-Bounds3f Cluster::bounds() const {
+Bounds3f Cluster::box(int k) const {
     Bounds3f b;
-    for (int a = 0; a < 3; a++) {
-        b.lo[a] = *std::min_element(lo[a], lo[a] + Size);
-        b.hi[a] = *std::max_element(hi[a], hi[a] + Size);
-    }
+    for (int a = 0; a < 3 && instance[k] != None; a++)
+        b.lo[a] = plane(a, lo[a][k]), b.hi[a] = plane(a, hi[a][k]);
     return b;
 }
 
-uint32_t Cluster::meet(const RTCRay& ray, float entry[Size]) const {
-    using F = Float<Size>;
-    // Widened as Embree's robust traversal does: three units in the last place.
-    constexpr float Ulp = 0x1p-23f, Nearer = 1 - 3 * Ulp, Further = 1 + 3 * Ulp, Least = 1e-18f;
-    const auto limited = [](float d) { return std::abs(d) < Least ? std::copysign(Least, d) : d; };
-    const F slopes = F(1.0f) / F(F::F{limited(ray.dir_x), limited(ray.dir_y), limited(ray.dir_z), 1});
+Bounds3f Cluster::bounds() const {
+    Bounds3f b;
+    for (int k = 0; k < Size; k++)
+        b.extend(box(k));
+    return b;
+}
+
+ClusterBoxes::ClusterBoxes(const Cluster& cluster) {
+    using F = Float<Cluster::Size>;
+    for (int a = 0; a < 3; a++) {
+        const auto planes = [&](const uint8_t* numbers) {
+            const __m128 n = _mm_cvtepi32_ps(_mm_cvtepu8_epi32(_mm_loadu_si32(numbers)));
+            return F(cluster.origin[a]) + F(cluster.step[a]) * F(F::F(n));
+        };
+        m_lo[a] = planes(cluster.lo[a]), m_hi[a] = planes(cluster.hi[a]);
+    }
+    const auto used = Int<Cluster::Size>::load(reinterpret_cast<const int32_t*>(cluster.instance)).v != -1;
+    m_used = uint32_t(_mm_movemask_ps(__m128(used)));
+}
+
+uint32_t ClusterBoxes::meet(const RTCRay& ray, float entry[Cluster::Size]) const {
+    using F = Float<Cluster::Size>;
+    const F slopes = slopes_of(F(F::F{ray.dir_x, ray.dir_y, ray.dir_z, 1}));
     const float* origin = &ray.org_x;
     F enter(ray.tnear), leave(ray.tfar);
     for (int a = 0; a < 3; a++) {
         const bool backwards = slopes[a] < 0;
         const F o(origin[a]), slope(slopes[a]);
-        enter = max(enter, (F::load(backwards ? hi[a] : lo[a]) - o) * (slope * F(Nearer)));
-        leave = min(leave, (F::load(backwards ? lo[a] : hi[a]) - o) * (slope * F(Further)));
+        enter = max(enter, ((backwards ? m_hi : m_lo)[a] - o) * (slope * F(Nearer)));
+        leave = min(leave, ((backwards ? m_lo : m_hi)[a] - o) * (slope * F(Further)));
     }
     enter.store(entry);
-    return uint32_t(_mm_movemask_ps(__m128((enter <= leave).v)));
+    return uint32_t(_mm_movemask_ps(__m128((enter <= leave).v))) & m_used;
 }
 
-LargeVector<Cluster> cluster_instances(std::span<const float> transforms, const Bounds3f& child) {
-    const std::vector<uint64_t> order = along_curve(transforms, child);
-    const auto run = [&](size_t begin, size_t end) { return std::span(order).subspan(begin, end - begin); };
-    std::vector<std::vector<uint8_t>> sizes((order.size() + Chunk - 1) / Chunk);
+LargeVector<Cluster> cluster_instances(const Places& places, const Bounds3f& child) {
+    const std::vector<uint64_t> order = along_curve(places, child);
+    std::vector<std::vector<Cluster>> chunks((order.size() + Chunk - 1) / Chunk);
     tasks::parallel_chunks(order.size(), Chunk, [&](size_t begin, size_t end) {
-        sizes[begin / Chunk] = cut(run(begin, end), transforms, child);
+        chunks[begin / Chunk] = clusters_of(std::span(order).subspan(begin, end - begin), places, child);
     });
     std::vector<size_t> first{0}; // cluster of each chunk
-    for (const auto& chunk : sizes)
+    for (const auto& chunk : chunks)
         first.push_back(first.back() + chunk.size());
     LargeVector<Cluster> all(first.back());
-    tasks::parallel_chunks(order.size(), Chunk, [&](size_t begin, size_t) {
-        Cluster* cluster = all.data() + first[begin / Chunk];
-        for (const uint8_t size : sizes[begin / Chunk]) {
-            fill(*cluster++, run(begin, begin + size), transforms, child);
-            begin += size;
-        }
+    tasks::parallel_chunks(chunks.size(), 1, [&](size_t k, size_t) {
+        std::copy(chunks[k].begin(), chunks[k].end(), all.begin() + ptrdiff_t(first[k]));
+        chunks[k] = {};
     });
     return all;
 }

@@ -50,7 +50,7 @@ struct Instances {
     int first_slot, slots; // of the first place; of each
     int first_emitter;     // of the group that is placed; -1 = its own have no numbers
     const Group* target;
-    std::span<const float> transforms;
+    Places places;
     Bounds3f child;                // of the group that is placed
     LargeVector<Cluster> clusters; // still ones, by primID; moving ones are primitives themselves
     // Moving ones: bounds at `steps` even times, which hold everything in between when interpolated.

@@ -1,8 +1,10 @@
 // Instances: a user geometry whose callbacks take rays to the space of the group that is placed, and back.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "base/tasks.h"
 #include "bvh/boxes.h"
@@ -79,41 +81,41 @@ void bound_path(const MotionPath& path, const Bounds3f& box, int steps, Bounds3f
         }
 }
 
-void enter(Context& context, const Instances& in, unsigned prim, const float* group_from_child,
-           const float* child_from_group) {
-    context.known = std::min(context.known, context.depth);
-    context.parent_from_current[context.depth + 1] = group_from_child;
-    context.current_from_parent[context.depth + 1] = child_from_group;
-    const int32_t above = context.slot[context.depth++];
-    context.slot[context.depth] = above < 0 || in.first_slot < 0
-                                      ? GroupDesc::Unnumbered
-                                      : above + in.first_slot + int32_t(prim) * in.slots;
-}
+// Between a group and what stands in it at a place.
+struct Way {
+    Matrix up, down;
+    bool open; // there is an inverse
+
+    Way(const Places& places, size_t i) : up(places[i]), open(invert(up.data(), down.data())) {}
+    Way(const MotionPath& path, float time) {
+        path.at(double(time), up.data());
+        open = invert(up.data(), down.data());
+    }
+};
 
 // The way into an instance, for rays one after the other.
 class Passage {
   public:
-    // Of a still one.
-    Passage(Context& context, const Instances& in, uint32_t instance, const float* child_from_group)
-        : m_context(context), m_inverse(child_from_group) {
-        enter(context, in, instance, in.transforms.data() + size_t(instance) * 12, child_from_group);
-    }
-    // Of a moving one, at a time.
-    Passage(Context& context, const Instances& in, uint32_t instance, float time) : m_context(context) {
-        in.paths[instance].at(double(time), m_moving);
-        if (!invert(m_moving, m_moving_inverse))
-            m_inverse = nullptr;
-        enter(context, in, instance, m_moving, m_moving_inverse);
+    Passage(Context& context, const Instances& in, uint32_t instance, const Way& way)
+        : m_context(context), m_way(way) {
+        context.known = std::min(context.known, context.depth);
+        context.parent_from_current[context.depth + 1] = way.up.data();
+        context.current_from_parent[context.depth + 1] = way.down.data();
+        const int32_t above = context.slot[context.depth++];
+        context.slot[context.depth] = above < 0 || in.first_slot < 0
+                                          ? GroupDesc::Unnumbered
+                                          : above + in.first_slot + int32_t(instance) * in.slots;
     }
     Passage(const Passage&) = delete;
     Passage& operator=(const Passage&) = delete;
     ~Passage() { m_context.depth--; }
     // Takes a ray to the child's space; false = it meets nothing there.
     bool take(RTCRay& ray) const {
-        if (!m_inverse)
+        if (!m_way.open)
             return false;
-        const Vec3f o = apply(m_inverse, {ray.org_x, ray.org_y, ray.org_z}, 1),
-                    d = apply(m_inverse, {ray.dir_x, ray.dir_y, ray.dir_z}, 0);
+        const float* const down = m_way.down.data();
+        const Vec3f o = apply(down, {ray.org_x, ray.org_y, ray.org_z}, 1),
+                    d = apply(down, {ray.dir_x, ray.dir_y, ray.dir_z}, 0);
         ray.org_x = o.x, ray.org_y = o.y, ray.org_z = o.z;
         ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z;
         return traceable(ray);
@@ -121,27 +123,44 @@ class Passage {
 
   private:
     Context& m_context;
-    float m_moving[12], m_moving_inverse[12];
-    const float* m_inverse = m_moving_inverse; // null = there is none
+    const Way& m_way;
 };
 
-// Calls visit(passage, ray, i) for each ray of the packet and each instance of the primitive that it may hit:
-// of a cluster those whose boxes it meets, the nearest first, whatever the other rays do. It returns where
-// the ray ends now.
+// Ways to the instances of a cluster, for all rays of a packet. They are made as a ray enters: a matrix and
+// its inverse for each instance would be twice what the scene itself takes.
+class Ways {
+  public:
+    Ways(const Instances& in, const Cluster& cluster) : m_in(in), m_cluster(cluster) {
+        for (const uint32_t i : cluster.instance) // while the boxes are looked at
+            if (i != Cluster::None)
+                in.places.prefetch(i);
+    }
+    const Way& to(int k) {
+        if (!m_ways[size_t(k)])
+            m_ways[size_t(k)].emplace(m_in.places, m_cluster.instance[k]);
+        return *m_ways[size_t(k)];
+    }
+
+  private:
+    const Instances& m_in;
+    const Cluster& m_cluster;
+    std::array<std::optional<Way>, Cluster::Size> m_ways;
+};
+
+// Calls visit(passage, ray, i) for each ray of the packet and each instance of the cluster that it may hit:
+// those whose boxes it meets, the nearest first, whatever the other rays do. It returns where the ray ends
+// now.
 template <class Visit>
-void each_instance(Context& context, const Instances& in, unsigned prim, const int* valid, RTCRayN* rays,
-                   unsigned n, const Visit& visit) {
+void each_of_cluster(Context& context, const Instances& in, const Cluster& cluster, const int* valid,
+                     RTCRayN* rays, unsigned n, const Visit& visit) {
+    Ways ways(in, cluster);
+    const ClusterBoxes clustered(cluster);
     for (unsigned i = 0; i < n; i++) {
         if (valid[i] == 0)
             continue;
         RTCRay ray = rtcGetRayFromRayN(rays, n, i);
-        if (!in.paths.empty()) {
-            visit(Passage(context, in, prim, ray.time), ray, i);
-            continue;
-        }
-        const Cluster& cluster = in.clusters[prim];
         float entry[Cluster::Size];
-        for (uint32_t boxes = cluster.meet(ray, entry); boxes != 0;) {
+        for (uint32_t boxes = clustered.meet(ray, entry); boxes != 0;) {
             int nearest = std::countr_zero(boxes);
             for (uint32_t rest = boxes & (boxes - 1); rest != 0; rest &= rest - 1)
                 if (entry[std::countr_zero(rest)] < entry[nearest])
@@ -149,9 +168,24 @@ void each_instance(Context& context, const Instances& in, unsigned prim, const i
             boxes &= ~(1u << nearest);
             if (entry[nearest] > ray.tfar)
                 break; // something nearer is hit
-            const Passage passage(context, in, cluster.instance[nearest], cluster.child_from_group[nearest]);
+            const Passage passage(context, in, cluster.instance[nearest], ways.to(nearest));
             ray.tfar = visit(passage, ray, i);
         }
+    }
+}
+
+// The same for a primitive, which is a cluster, or one instance that moves.
+template <class Visit>
+void each_instance(Context& context, const Instances& in, unsigned prim, const int* valid, RTCRayN* rays,
+                   unsigned n, const Visit& visit) {
+    if (in.paths.empty())
+        return each_of_cluster(context, in, in.clusters[prim], valid, rays, n, visit);
+    for (unsigned i = 0; i < n; i++) {
+        if (valid[i] == 0)
+            continue;
+        const RTCRay ray = rtcGetRayFromRayN(rays, n, i);
+        const Way way(in.paths[prim], ray.time);
+        visit(Passage(context, in, prim, way), ray, i);
     }
 }
 
@@ -206,27 +240,43 @@ float magnitude_at(Context& context, const Vec3f& p) {
     return std::max({sum.x, sum.y, sum.z});
 }
 
+namespace {
+
+typedef double Column __attribute__((vector_size(32)));
+
+Column column(const float* m, int c) {
+    return Column{double(m[c]), double(m[4 + c]), double(m[8 + c]), 0};
+}
+Column cross(Column a, Column b) {
+    const auto next = [](Column c) { return __builtin_shufflevector(c, c, 1, 2, 0, 3); };
+    const auto last = [](Column c) { return __builtin_shufflevector(c, c, 2, 0, 1, 3); };
+    return next(a) * last(b) - last(a) * next(b);
+}
+double sum(Column c) {
+    return c[0] + c[1] + c[2];
+}
+bool is_inverted(double determinant) {
+    return std::abs(determinant) > 1e-38;
+}
+
+} // namespace
+
+bool has_inverse(const float* m) {
+    return is_inverted(sum(column(m, 0) * cross(column(m, 1), column(m, 2))));
+}
+
 bool invert(const float* m, float* out) {
-    typedef double Column __attribute__((vector_size(32)));
-    const auto column = [&](int c) { return Column{double(m[c]), double(m[4 + c]), double(m[8 + c]), 0}; };
-    const auto cross = [](Column a, Column b) {
-        const auto next = [](Column c) { return __builtin_shufflevector(c, c, 1, 2, 0, 3); };
-        const auto last = [](Column c) { return __builtin_shufflevector(c, c, 2, 0, 1, 3); };
-        return next(a) * last(b) - last(a) * next(b);
-    };
-    const Column x = column(0), y = column(1), z = column(2), at = column(3);
+    const Column x = column(m, 0), y = column(m, 1), z = column(m, 2), at = column(m, 3);
     const Column yz = cross(y, z);
-    const Column part = x * yz;
-    const double det = part[0] + part[1] + part[2];
-    if (!(std::abs(det) > 1e-38))
+    const double determinant = sum(x * yz);
+    if (!is_inverted(determinant))
         return false;
-    const double scale = 1 / det;
+    const double scale = 1 / determinant;
     const Column rows[3] = {yz * scale, cross(z, x) * scale, cross(x, y) * scale};
     for (const Column& row : rows) {
-        const Column moved = row * at;
         for (int c = 0; c < 3; c++)
             *out++ = float(row[c]);
-        *out++ = float(-(moved[0] + moved[1] + moved[2]));
+        *out++ = float(-sum(row * at));
     }
     return true;
 }

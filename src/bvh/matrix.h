@@ -14,6 +14,7 @@ inline constexpr Matrix Identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 // Inverse by the adjugate; false if singular.
 bool invert(const float* m, float* out);
+bool has_inverse(const float* m);
 
 inline Matrix concat(const Matrix& a, const float* b) {
     Matrix r;

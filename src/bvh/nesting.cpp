@@ -19,7 +19,13 @@ bool is_still(const GroupDesc::Instances& in) {
     return in.paths.empty() && !in.bounds_solid;
 }
 size_t count_of(const GroupDesc::Instances& in) {
-    return in.paths.empty() ? in.transforms.size() / 12 : in.paths.size();
+    return in.paths.empty() ? in.places.size() : in.paths.size();
+}
+
+// The matrix of one of them, as it is.
+void append(std::vector<float>& matrices, const Places& places, size_t i) {
+    const auto one = places.matrices.subspan(12 * i, 12);
+    matrices.insert(matrices.end(), one.begin(), one.end());
 }
 
 // ---- copies in one place
@@ -53,23 +59,21 @@ uint64_t merge_copies(GroupDesc& group, std::vector<std::vector<float>>& room) {
             continue;
         std::vector<float> kept;
         uint64_t gone = 0;
-        for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12) {
-            Placement p{in.group, {}};
-            std::memcpy(p.bits.data(), in.transforms.data() + i, sizeof p.bits);
-            const bool first = seen.insert(p).second;
+        for (size_t i = 0; i < in.places.size(); i++) {
+            const bool first =
+                seen.insert({in.group, std::bit_cast<std::array<uint32_t, 12>>(in.places[i])}).second;
             if (!first && gone++ == 0)
-                kept.assign(in.transforms.begin(), in.transforms.begin() + ptrdiff_t(i));
+                kept.assign(in.places.matrices.begin(), in.places.matrices.begin() + ptrdiff_t(12 * i));
             if (first && gone > 0)
-                kept.insert(kept.end(), in.transforms.begin() + ptrdiff_t(i),
-                            in.transforms.begin() + ptrdiff_t(i + 12));
+                append(kept, in.places, i);
         }
         if (gone == 0)
             continue;
         merged += gone;
         room.push_back(std::move(kept));
-        in.transforms = room.back();
+        in.places.matrices = room.back();
     }
-    std::erase_if(group.instances, [](const auto& in) { return is_still(in) && in.transforms.empty(); });
+    std::erase_if(group.instances, [](const auto& in) { return is_still(in) && in.places.empty(); });
     return merged;
 }
 
@@ -78,7 +82,7 @@ uint64_t merge_copies(GroupDesc& group, std::vector<std::vector<float>>& room) {
 // A group that is nothing but one still instance of another one.
 bool is_link(const GroupDesc& g) {
     return g.shapes.empty() && g.solids.empty() && g.instances.size() == 1 && is_still(g.instances[0]) &&
-           g.instances[0].transforms.size() == 12;
+           g.instances[0].places.size() == 1;
 }
 
 // Instances of links become instances of what those place. Lower groups come first, so a link names none.
@@ -87,20 +91,20 @@ void join_chains(std::span<const GroupDesc> groups, GroupDesc& group, std::vecto
         const GroupDesc& link = groups[size_t(in.group)];
         if (!is_still(in) || !is_link(link))
             continue;
-        const float* inner = link.instances[0].transforms.data();
-        std::vector<float> t(in.transforms.size());
-        for (size_t i = 0; i + 12 <= t.size(); i += 12) {
-            const float* outer = in.transforms.data() + i;
+        const Matrix inner = link.instances[0].places[0];
+        std::vector<float> t(in.places.matrices.size());
+        for (size_t i = 0; i < in.places.size(); i++) {
+            const Matrix outer = in.places[i];
             for (size_t r = 0; r < 3; r++)
                 for (size_t c = 0; c < 4; c++) {
                     double sum = c == 3 ? double(outer[4 * r + 3]) : 0;
                     for (size_t k = 0; k < 3; k++)
                         sum += double(outer[4 * r + k]) * double(inner[4 * k + c]);
-                    t[i + 4 * r + c] = float(sum);
+                    t[12 * i + 4 * r + c] = float(sum);
                 }
         }
         room.push_back(std::move(t));
-        in.transforms = room.back();
+        in.places = room.back();
         in.group = link.instances[0].group;
     }
 }
@@ -127,7 +131,7 @@ Bounds3f bounds_of(const store::Store& store, const store::ShapeRecord& s) {
 
 Bounds3f box_of(const GroupDesc::Instances& in, size_t i, const Bounds3f& child) {
     if (in.paths.empty())
-        return placed(in.transforms.data() + 12 * i, child);
+        return placed(in.places[i].data(), child);
     Bounds3f b;
     for (const double time : {0.0, 0.5, 1.0}) {
         float m[12];
@@ -206,7 +210,7 @@ class Bounding {
         for (auto& in : group.instances)
             if (m_levels[size_t(in.group)].depth + 1 > MaxDepth) {
                 out.too_deep += count_of(in);
-                in.transforms = {}, in.paths = {};
+                in.places = {}, in.paths = {};
             }
         std::erase_if(group.instances, [](const auto& in) { return count_of(in) == 0; });
         for (const auto& in : group.instances)
@@ -312,10 +316,9 @@ class Bounding {
         }
         std::vector<float> t;
         for (const size_t i : kept)
-            t.insert(t.end(), in.transforms.begin() + ptrdiff_t(12 * i),
-                     in.transforms.begin() + ptrdiff_t(12 * i + 12));
+            append(t, in.places, i);
         m_room.push_back(std::move(t));
-        in.transforms = m_room.back();
+        in.places.matrices = m_room.back();
     }
 
     const store::Store& m_store;

@@ -47,14 +47,15 @@ class Walk {
             if (!groups[g].shapes.empty())
                 m_boxes[g] = leaf;
             for (const auto& in : groups[g].instances)
-                for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12) {
+                for (size_t i = 0; i < in.places.size(); i++) {
+                    const auto rows = in.places[i];
                     const Box& b = m_boxes[size_t(in.group)];
                     for (int k = 0; k < 8; k++) {
                         const double p[3] = {k & 1 ? b.hi[0] : b.lo[0], k & 2 ? b.hi[1] : b.lo[1],
                                              k & 4 ? b.hi[2] : b.lo[2]};
                         double q[3];
                         for (size_t r = 0; r < 3; r++) {
-                            const float* m = in.transforms.data() + i + 4 * r;
+                            const float* m = rows.data() + 4 * r;
                             q[r] = double(m[0]) * p[0] + double(m[1]) * p[1] + double(m[2]) * p[2] +
                                    double(m[3]);
                         }
@@ -81,10 +82,11 @@ class Walk {
     }
     void walk(size_t g, const Point& o, const Point& d) {
         for (const auto& in : m_groups[g].instances)
-            for (size_t i = 0; i + 12 <= in.transforms.size() && m_count < m_most; i += 12) {
+            for (size_t i = 0; i < in.places.size() && m_count < m_most; i++) {
+                const auto rows = in.places[i];
                 Transform t;
                 for (size_t k = 0; k < 12; k++)
-                    t.m[k / 4][k % 4] = double(in.transforms[i + k]);
+                    t.m[k / 4][k % 4] = double(rows[k]);
                 const Transform back = t.inverse();
                 const auto apply = [&](const Point& p, double w) {
                     double q[3];
@@ -168,7 +170,7 @@ TEST(Nesting, ChainsAreOneLevel) {
     for (int l = 40; l >= 1; l--)
         whole = whole * turn(l, 0);
     for (size_t k = 0; k < 12; k++)
-        EXPECT_NEAR(nest.groups.back().instances[0].transforms[k], whole.m[k / 4][k % 4], 2e-5);
+        EXPECT_NEAR(nest.groups.back().instances[0].places[0][k], whole.m[k / 4][k % 4], 2e-5);
     EXPECT_EQ(bound_nesting(nest.shapes.store, nest.groups, nest.room).merged, 0u);
 }
 
@@ -214,7 +216,7 @@ TEST(Nesting, CrowdsAreKept) {
     place(groups[2], 1, trees, room);
     const Nesting n = bound_nesting(shapes.store, groups, room);
     EXPECT_EQ(n.merged + n.left_out + n.too_deep, 0u);
-    EXPECT_EQ(groups[2].instances[0].transforms.size(), 12u * 1000);
+    EXPECT_EQ(groups[2].instances[0].places.size(), 1000u);
     EXPECT_GT(n.entered, 1);
     EXPECT_LT(n.entered, 200);
 }

@@ -27,7 +27,7 @@ uint64_t number_emitters(const store::Store& store, std::span<GroupDesc> groups,
             in.first_slot = GroupDesc::Unnumbered;
             if (!in.paths.empty()) // nobody knows where they are
                 continue;
-            const uint64_t places = in.transforms.size() / 12;
+            const uint64_t places = in.places.size();
             const uint64_t each = uint64_t(groups[size_t(in.group)].slots);
             all[g] = std::min(all[g] + places * all[size_t(in.group)], uint64_t(1) << 60);
             if (each == 0 || slots + places * each > uint64_t(most))

@@ -158,14 +158,14 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
         rounding(0.0f);
     int slot = 0, instanced = 0;
     const Group& group = follow(path, [&](const Run& run, uint32_t number) {
-        const float* const up = run.transforms.data() + size_t(number) * 12;
+        const Matrix up = run.places[number];
         Matrix down{};
-        invert(up, down.data());
+        invert(up.data(), down.data());
         const Matrix world_from_parent = world_from_here;
-        world_from_here = concat(world_from_parent, up);
+        world_from_here = concat(world_from_parent, up.data());
         const Vec3f parent = at;
         at = apply(down.data(), parent, 1);
-        rounding += rounding_of(up, down.data(), world_from_parent, world_from_here, parent, at);
+        rounding += rounding_of(up.data(), down.data(), world_from_parent, world_from_here, parent, at);
         slot = slot < 0 || run.first_slot < 0
                    ? GroupDesc::Unnumbered
                    : slot + run.first_slot + int(number) * m_groups[size_t(run.group)].slots;

@@ -76,7 +76,7 @@ std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
         uint64_t places = 0;
         for (const auto& in : groups[g].instances)
             if (all[g].reached && in.stands_still()) {
-                places += in.transforms.size() / 12;
+                places += in.places.size();
                 all[size_t(in.group)].reached = true;
             }
         for (const auto& in : groups[g].instances)
@@ -129,11 +129,11 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
     uint32_t count = uint32_t(level.size());
     for (const auto& in : desc.instances) {
         const uint32_t root = m_groups[size_t(in.group)].root;
-        if (!in.stands_still() || root == None || in.transforms.empty())
+        if (!in.stands_still() || root == None || in.places.empty())
             continue;
-        level.push_back({root, in.transforms});
-        group.runs.push_back({count, in.group, in.transforms, in.first_slot});
-        count += uint32_t(in.transforms.size() / 12);
+        level.push_back({root, in.places});
+        group.runs.push_back({count, in.group, in.places, in.first_slot});
+        count += uint32_t(in.places.size());
     }
     group.root = group.runs.empty() ? group.own : m_world.add(level);
     m_group_of_page.resize(m_world.pages().size(), -1);

@@ -38,7 +38,7 @@ class PageScene {
     struct Run { // instances of another group, numbered on through the level
         uint32_t first;
         int group;
-        std::span<const float> transforms;
+        Places places;
         int first_slot;
     };
     struct Group {

@@ -201,7 +201,7 @@ TEST(Solids, InstancedAndMovingOnesAreResolved) {
     Shapes shapes;
     std::vector<GroupDesc> groups(2);
     build(c, groups[0], shapes);
-    const float place[12] = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 0};
+    const std::vector<float> place = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 0};
     groups[1].instances.push_back({0, place});
     groups[1].shapes.push_back({shapes.add_sphere({0.5f, 0, 0}, 0.2f, 64), 1});
     const Scene scene(shapes.store, groups, {.pages_from = 0});

@@ -196,13 +196,16 @@ uint32_t World::add(std::span<const Placements> runs) {
     for (const Placements& run : runs) {
         nesting = std::max(nesting, nesting_of(run.page));
         first.push_back(count);
-        count += run.world_from_page.empty() ? 1 : run.world_from_page.size() / 12;
+        count += run.world_from_page.empty() ? 1 : run.world_from_page.size();
     }
     return add_level(count, nesting, [&](size_t i) {
         const size_t r = size_t(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1;
         Placed p{{}, runs[r].page, runs[r].world_from_page.empty()};
-        for (size_t k = 0; k < 12 && !p.stays; k++)
-            p.world_from_page.m[k / 4][k % 4] = double(runs[r].world_from_page[(i - first[r]) * 12 + k]);
+        if (p.stays)
+            return p;
+        const auto rows = runs[r].world_from_page[i - first[r]];
+        for (size_t k = 0; k < 12; k++)
+            p.world_from_page.m[k / 4][k % 4] = double(rows[k]);
         return p;
     });
 }

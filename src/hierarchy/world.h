@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/places.h"
 #include "hierarchy/page.h"
 
 namespace kanuka::hierarchy {
@@ -16,7 +17,7 @@ struct Placement {
 // Many of one page, as renderers have them.
 struct Placements {
     uint32_t page;
-    std::span<const float> world_from_page; // row-major 3x4 matrices; none: the page lies there as it is
+    Places world_from_page; // none: the page lies there as it is
 };
 
 // Thread safety: const members may run at the same time.

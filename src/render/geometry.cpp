@@ -248,22 +248,14 @@ class GeometryBuilder {
                 add_moving_instances(in, render_from_parent, desc);
                 continue;
             }
-            // Both are translations, or nothing, so only the last column moves; summed in double, since what
-            // is taken away of it here is often there again.
-            const Vec3f& center = m_out->center_of_scene[size_t(in.group)];
-            std::vector<float> t(in.transforms.begin(), in.transforms.end());
-            for (size_t i = 0; i + 12 <= t.size(); i += 12)
-                for (size_t r = 0; r < 3; r++) {
-                    float* row = t.data() + i + 4 * r;
-                    double moved = double(row[3]) + render_from_parent.m[r][3];
-                    for (int k = 0; k < 3; k++)
-                        moved += double(row[k]) * double(center[k]);
-                    row[3] = float(moved);
-                }
-            m_request.stats.count.instances += t.size() / 12;
-            m_out->instanced |= !t.empty();
-            m_out->transforms.push_back(std::move(t));
-            desc.instances.push_back({m_out->group_of_scene[size_t(in.group)], m_out->transforms.back()});
+            // Both are translations, or nothing.
+            const auto& m = render_from_parent.m;
+            const Places places({in.transforms.data(), in.transforms.size()}, {m[0][3], m[1][3], m[2][3]},
+                                m_out->center_of_scene[size_t(in.group)]);
+            m_request.stats.count.instances += places.size();
+            m_out->instanced |= !places.empty();
+            m_out->matrices.push_back(in.transforms);
+            desc.instances.push_back({m_out->group_of_scene[size_t(in.group)], places});
         }
     }
 

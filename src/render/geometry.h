@@ -23,7 +23,8 @@ struct Geometry {
 
     store::Store store;
     std::vector<bvh::GroupDesc> groups;         // the last is the world
-    std::vector<std::vector<float>> transforms; // what the groups' instances point to
+    std::vector<scene::Buffer<float>> matrices; // of the scene, that the groups' instances point to
+    std::vector<std::vector<float>> transforms; // others, that they point to as well
     std::vector<std::vector<MotionPath>> paths; // and the moving ones
     std::vector<int> group_of_scene;            // of the scene's groups among those here
     std::vector<Vec3f> center_of_scene;         // GroupView::center of each of them

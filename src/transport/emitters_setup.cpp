@@ -105,16 +105,16 @@ class SlotFiller {
             if (in.first_slot < 0)
                 continue;
             const bvh::GroupDesc& child = m_in.groups[size_t(in.group)];
-            for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12) {
+            for (size_t i = 0; i < in.places.size(); i++) {
                 float m[12];
-                const float* t = in.transforms.data() + i;
-                for (int r = 0; r < 3; r++)
-                    for (int c = 0; c < 4; c++)
+                const auto t = in.places[i];
+                for (size_t r = 0; r < 3; r++)
+                    for (size_t c = 0; c < 4; c++)
                         m[4 * r + c] = transform ? transform[4 * r] * t[c] + transform[4 * r + 1] * t[4 + c] +
                                                        transform[4 * r + 2] * t[8 + c] +
                                                        (c == 3 ? transform[4 * r + 3] : 0)
                                                  : t[4 * r + c];
-                place(child, m, first_slot + in.first_slot + int(i / 12) * child.slots);
+                place(child, m, first_slot + in.first_slot + int(i) * child.slots);
             }
         }
     }

@@ -1,0 +1,47 @@
+// Where many instances of one thing stand, by the matrices that the scene has: they are large, and nobody
+// needs a copy of them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace kanuka {
+
+struct Places {
+    std::span<const float> matrices; // row-major 3x4, 12 floats each; whoever has them keeps them
+    // What stands there is moved by `inner` before the matrix and by `outer` behind it, as it is read.
+    std::array<double, 3> outer{};
+    Vec3f inner{0, 0, 0};
+
+    Places() = default;
+    Places(std::span<const float> matrices, const std::array<double, 3>& outer = {},
+           const Vec3f& inner = Vec3f(0.0f))
+        : matrices(matrices), outer(outer), inner(inner) {}
+    Places(const std::vector<float>& matrices) : matrices(matrices) {}
+
+    size_t size() const { return matrices.size() / 12; }
+    bool empty() const { return size() == 0; }
+    void prefetch(size_t i) const {
+        __builtin_prefetch(matrices.data() + 12 * i);
+        __builtin_prefetch(matrices.data() + 12 * i + 11); // on the next line, one time in two
+    }
+    // Summed in double, since what one translation takes away the next often adds again.
+    std::array<float, 12> operator[](size_t i) const {
+        std::array<float, 12> m;
+        std::copy_n(matrices.data() + 12 * i, 12, m.begin());
+        for (size_t r = 0; r < 3; r++) {
+            float* const row = m.data() + 4 * r;
+            double moved = double(row[3]) + outer[r];
+            for (int k = 0; k < 3; k++)
+                moved += double(row[k]) * double(inner[k]);
+            row[3] = float(moved);
+        }
+        return m;
+    }
+};
+
+} // namespace kanuka
