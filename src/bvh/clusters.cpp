@@ -222,6 +222,31 @@ uint32_t ClusterBoxes::meet(const RTCRay& ray, float entry[Cluster::Size]) const
     return uint32_t(_mm_movemask_ps(__m128((enter <= leave).v))) & m_used;
 }
 
+uint32_t ClusterBoxes::meet_eight(RTCRayN* rays, float entry[Cluster::Size][8]) const {
+    using F = Float<8>;
+    const F start = F::load(&RTCRayN_tnear(rays, 8, 0)), end = F::load(&RTCRayN_tfar(rays, 8, 0));
+    const F origin[3] = {F::load(&RTCRayN_org_x(rays, 8, 0)), F::load(&RTCRayN_org_y(rays, 8, 0)),
+                         F::load(&RTCRayN_org_z(rays, 8, 0))};
+    const F slope[3] = {slopes_of(F::load(&RTCRayN_dir_x(rays, 8, 0))),
+                        slopes_of(F::load(&RTCRayN_dir_y(rays, 8, 0))),
+                        slopes_of(F::load(&RTCRayN_dir_z(rays, 8, 0)))};
+    uint32_t met = 0;
+    for (int k = 0; k < Cluster::Size; k++) {
+        if (!(m_used >> k & 1))
+            continue;
+        F enter = start, leave = end;
+        for (int a = 0; a < 3; a++) {
+            const Mask<8> backwards = slope[a] < F(0.0f);
+            const F lo(m_lo[a][k]), hi(m_hi[a][k]);
+            enter = max(enter, (select(backwards, hi, lo) - origin[a]) * (slope[a] * F(Nearer)));
+            leave = min(leave, (select(backwards, lo, hi) - origin[a]) * (slope[a] * F(Further)));
+        }
+        enter.store(entry[k]);
+        met |= (enter <= leave).bits() << (8 * k);
+    }
+    return met;
+}
+
 LargeVector<Cluster> cluster_instances(const Places& places, const Bounds3f& child) {
     const std::vector<uint64_t> order = along_curve(places, child);
     std::vector<std::vector<Cluster>> chunks((order.size() + Chunk - 1) / Chunk);

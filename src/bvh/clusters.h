@@ -34,6 +34,8 @@ class ClusterBoxes {
     explicit ClusterBoxes(const Cluster& cluster);
     // Which boxes the ray meets, a bit each, and where it enters them.
     uint32_t meet(const RTCRay& ray, float entry[Cluster::Size]) const;
+    // The same for eight rays: `entry` by box and ray. Returns eight bits a box, the first box's lowest.
+    uint32_t meet_eight(RTCRayN* rays, float entry[Cluster::Size][8]) const;
 
   private:
     Float<Cluster::Size> m_lo[3], m_hi[3];

@@ -154,23 +154,38 @@ template <class Visit>
 void each_of_cluster(Context& context, const Instances& in, const Cluster& cluster, const int* valid,
                      RTCRayN* rays, unsigned n, const Visit& visit) {
     Ways ways(in, cluster);
+    const auto enter = [&](unsigned i, RTCRay& ray, uint32_t boxes, const float* entry, size_t stride) {
+        const auto at = [&](int k) { return entry[size_t(k) * stride]; };
+        while (boxes != 0) {
+            int nearest = std::countr_zero(boxes);
+            for (uint32_t rest = boxes & (boxes - 1); rest != 0; rest &= rest - 1)
+                if (at(std::countr_zero(rest)) < at(nearest))
+                    nearest = std::countr_zero(rest);
+            boxes &= ~(1u << nearest);
+            if (at(nearest) > ray.tfar)
+                break; // something nearer is hit
+            const Passage passage(context, in, cluster.instance[nearest], ways.to(nearest));
+            ray.tfar = visit(passage, ray, i);
+        }
+    };
     const ClusterBoxes clustered(cluster);
+    // A packet that has come apart is faster ray by ray.
+    if (n == 8 && std::count(valid, valid + 8, 0) < 6) {
+        alignas(32) float entry[Cluster::Size][8];
+        const uint32_t met = clustered.meet_eight(rays, entry);
+        for (unsigned i = 0; i < 8; i++)
+            if (const uint32_t boxes = _pext_u32(met, 0x01010101u << i); boxes != 0 && valid[i] != 0) {
+                RTCRay ray = rtcGetRayFromRayN(rays, n, i);
+                enter(i, ray, boxes, entry[0] + i, 8);
+            }
+        return;
+    }
     for (unsigned i = 0; i < n; i++) {
         if (valid[i] == 0)
             continue;
         RTCRay ray = rtcGetRayFromRayN(rays, n, i);
         float entry[Cluster::Size];
-        for (uint32_t boxes = clustered.meet(ray, entry); boxes != 0;) {
-            int nearest = std::countr_zero(boxes);
-            for (uint32_t rest = boxes & (boxes - 1); rest != 0; rest &= rest - 1)
-                if (entry[std::countr_zero(rest)] < entry[nearest])
-                    nearest = std::countr_zero(rest);
-            boxes &= ~(1u << nearest);
-            if (entry[nearest] > ray.tfar)
-                break; // something nearer is hit
-            const Passage passage(context, in, cluster.instance[nearest], ways.to(nearest));
-            ray.tfar = visit(passage, ray, i);
-        }
+        enter(i, ray, clustered.meet(ray, entry), entry, 1);
     }
 }
 
