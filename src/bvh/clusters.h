@@ -42,8 +42,8 @@ class ClusterBoxes {
     uint32_t m_used; // a bit each
 };
 
-// `child`: bounds of what stands at the places. Those
-// that cannot be hit (flattened to nothing, empty, or beyond all numbers) are in none.
+// `child`: bounds of what stands at the places. Those that cannot be hit (flattened to nothing, empty, or
+// beyond all numbers) are in none.
 // The same for any number of threads.
 LargeVector<Cluster> cluster_instances(const Places& places, const Bounds3f& child);
 
