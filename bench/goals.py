@@ -44,6 +44,7 @@ def all_goals(results: Results) -> list[Goal]:
         tolerance,
         wavelengths,
         store,
+        ingest,
     ):
         found += each(results)
     return found
@@ -165,3 +166,9 @@ def wavelengths(results: Results) -> Iterator[Goal]:
     for scene, w in results.of("wavelengths"):
         cost = intervals.of_ratio(w["rounds"]["four_s"], w["rounds"]["three_s"])
         yield Goal(f"{scene}: four wavelengths over three colours", "≤ 1.35×", times(cost), cost.below(1.35))
+
+
+def ingest(results: Results) -> Iterator[Goal]:
+    for name, f in results.of("ingest"):
+        seconds = Interval(**f["seconds"])
+        yield Goal(f"{f['number']:,} {name} of USD are read", "≤ 1 s", times(seconds, " s"), seconds.below(1))

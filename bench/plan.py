@@ -12,6 +12,7 @@ import dicing
 import edits
 import hair
 import hierarchy
+import ingest
 import isles
 import lanes
 import lights
@@ -84,6 +85,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     made += [
         Part("isles", scene, about(isles.measure, scene), 300, scene in ("motu", "nested")) for scene in isles.SCENES
     ]
+    made += [Part("ingest", scene, about(ingest.measure, scene), 60) for scene in ingest.SCENES]
     made += [Part("store", scene, about(storing.measure, scene), 60, scene == "shading") for scene in storing.SCENES]
     made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]
     made += [

@@ -64,6 +64,11 @@ HEADINGS = {
         "1024 × 429 pixels, five bounces. Read and the first picture are from the start; bytes an instance are the "
         "difference to the same scene with one placement of each exemplar.",
     ),
+    "ingest": (
+        "Reading USD",
+        "Beside USD's own Python, which opens the stage and gets the same arrays and matrices; the ratio is of "
+        "processor time.",
+    ),
     "taken": ("Where it comes from", "Load: of the last minute, before and after; a renderer's own threads are in it."),
 }
 

@@ -363,6 +363,14 @@ def isles(results: Results) -> str:
     return table(heads, rows)
 
 
+def ingest(results: Results) -> str:
+    rows = []
+    for name, f in results.of("ingest"):
+        ratio = times(intervals.Interval(**f["ratio"]))
+        rows.append([f"{f['number']:,} {name}", show("_s", f["ours_s"]), show("_s", f["usd_s"]), ratio])
+    return table(["", "read", "by USD's own Python", "processor time, over"], rows)
+
+
 def taken(results: Results) -> str:
     """Where each part comes from."""
     rows = []
@@ -402,6 +410,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         shots,
         store,
         isles,
+        ingest,
         taken,
     )
 }
