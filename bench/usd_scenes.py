@@ -11,16 +11,18 @@ from pathlib import Path
 
 from scenes import Camera, Scene, cache_folder
 
-ASSETS = {"chess": "full_assets/OpenChessSet/chess_set.usda"}
-# Looks at the board from one corner, by the light of two panels. One preview surface is on everything: Blender reads no
-# MaterialX, so materials would not be the same.
-CHESS = """#usda 1.0
+ASSETS = {
+    "chess": "full_assets/OpenChessSet/chess_set.usda",
+    "ball": "full_assets/StandardShaderBall/standard_shader_ball_scene.usda",
+}
+# One preview surface is on everything: Blender reads no MaterialX, so materials would not be the same.
+CLAY = """#usda 1.0
 (
     subLayers = [@{asset}@]
     upAxis = "Y"
     metersPerUnit = 1
 )
-over "ChessSet" (
+over "ROOT" (
     prepend apiSchemas = ["MaterialBindingAPI"]
 )
 {{
@@ -39,6 +41,11 @@ def Material "bench_clay"
         token outputs:surface
     }}
 }}
+"""
+# Looks at the board from one corner, by the light of two panels.
+CHESS = (
+    CLAY.replace("ROOT", "ChessSet")
+    + """
 def Camera "bench_camera"
 {{
     float focalLength = 40
@@ -68,6 +75,9 @@ def RectLight "bench_window"
     uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
 }}
 """
+)
+# In its box, by its own camera and lights.
+BALL = CLAY.replace("ROOT", "standard_shader_ball_scene")
 
 
 def asset(name: str) -> Path | None:
@@ -92,4 +102,5 @@ def staged(name: str, text: str, resolution: tuple[int, int]) -> Scene:
 
 MAKERS: dict[str, tuple[Callable[[int], Scene], int]] = {
     "chess": (lambda n: staged("chess", CHESS, (960, 540)), 0),
+    "ball": (lambda n: staged("ball", BALL, (480, 480)), 0),
 }
