@@ -78,6 +78,38 @@ TEST(Encode, WholeFloatsStayAsTheyAre) {
     EXPECT_EQ(store.floats(0)[constant.base], 123456.789f);
 }
 
+// Those of lobes are unit vectors, of any length as shaders have them. Where there is none, it is the
+// surface's.
+TEST(Encode, NormalsOfLobes) {
+    constexpr float Inf = std::numeric_limits<float>::infinity();
+    auto program = lamp_program();
+    for (int k = 0; k < 2; k++)
+        program.slots.push_back(
+            {grid::InputType::Normal, grid::Storage::Unit, -Inf, Inf, false, "coat.normal"});
+    HandMade made(3, 2, program);
+    for (int i = 0; i < made.grid.vertices(); i++)
+        for (int c = 0; c < 3; c++)
+            made.at(4, c, i) = float(i + 1) * (c == 0 ? -0.6f : c == 1 ? 0.0f : 0.8f);
+    for (int c = 0; c < 3; c++)
+        made.at(4, c, 2) = 0, made.at(4, c, 7) = NaN;
+    made.set_uniform(5, {0, 0, 0});
+    uint64_t bad = 0;
+    Store store;
+    store.add_page(encode_one(made, program, &bad), program, -1);
+    EXPECT_EQ(bad, 3u);
+    const Entry varying = entry(store, 0, 3), constant = entry(store, 0, 4);
+    EXPECT_EQ(varying.stride, 1u);
+    for (uint32_t i = 0; i < 12; i++) {
+        const Vec3f n = from_oct32(store.words(0)[varying.base + i]);
+        const Vec3f expected = i == 2 || i == 7 ? Vec3f(0, 0, 1) : Vec3f(-0.6f, 0, 0.8f);
+        for (int c = 0; c < 3; c++)
+            EXPECT_NEAR(n[c], expected[c], 1e-4f) << i;
+    }
+    EXPECT_EQ(constant.stride, 0u);
+    for (uint32_t c = 0; c < 3; c++)
+        EXPECT_EQ(store.floats(0)[constant.base + c], 0.0f); // at hits it is the surface's, which may vary
+}
+
 TEST(Encode, AreaLightsKeepTheirCone) {
     auto program = lamp_program();
     HandMade made(1, 1, program);
