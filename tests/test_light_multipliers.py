@@ -106,3 +106,10 @@ def test_who_looks_at_a_light_sees_all_of_it(tmp_path: Path) -> None:
     scene.add_light("sphere", amount=3, radius=2, diffuse=0, specular=0)
     rgb = kanuka.render(scene, progressions=64, resolution=(8, 8))["rgb"]
     assert rgb.mean() == pytest.approx(3, rel=0.01)
+
+
+def test_a_factor_below_zero_is_none(tmp_path: Path) -> None:
+    below, none = (floor(PAINT, "mesh", tmp_path, diffuse=diffuse) for diffuse in (-1.0, 0.0))
+    np.testing.assert_array_equal(below, none)
+    with pytest.raises(ValueError, match="diffuse"):
+        floor(PAINT, "quad", tmp_path, diffuse=-1)

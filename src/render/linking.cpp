@@ -117,8 +117,9 @@ void Linking::add_primitives(const std::vector<scene::Primitive>& primitives, Jo
 
 int32_t Linking::number_area_light(const scene::Attributes& a) {
     const scene::ValueList& given = a.area_light->parameters;
-    transport::AreaLight light{{area_light_name(a), area_light_group(a)},
-                               {given.get_float("diffuse", 1), given.get_float("specular", 1)}};
+    transport::AreaLight light{
+        {area_light_name(a), area_light_group(a)},
+        {std::max(0.0f, given.get_float("diffuse", 1)), std::max(0.0f, given.get_float("specular", 1))}};
     const auto [at, added] = m_area_light_numbers.try_emplace(light, int32_t(m_area_lights.size()) + 1);
     if (added)
         m_area_lights.push_back(std::move(light));
