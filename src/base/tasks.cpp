@@ -1,6 +1,7 @@
 #include "base/tasks.h"
 
 #include "base/cancel.h"
+#include "base/paged_memory.h"
 
 #include <algorithm>
 #include <chrono>
@@ -74,8 +75,10 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body) {
     tbb::parallel_for(
         tbb::blocked_range<size_t>(0, count, 1),
         [&](const tbb::blocked_range<size_t>& r) {
-            for (size_t i = r.begin(); i != r.end(); i++)
+            for (size_t i = r.begin(); i != r.end(); i++) {
                 body(i);
+                paged_memory::keep_within_bound();
+            }
         },
         tbb::simple_partitioner());
     check_cancelled();

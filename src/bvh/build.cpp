@@ -297,7 +297,7 @@ Scene::Impl::~Impl() {
 
 Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build)
     : m_impl(std::make_unique<Impl>(store)) {
-    m_impl->pages = std::make_unique<PageScene>(store, groups, build.pages_from);
+    m_impl->pages = std::make_unique<PageScene>(store, groups, build.pages_from, build.page_bytes);
     tasks::check_cancelled();
     m_impl->groups.resize(2 * groups.size());
     Builder(m_impl->device, store, *m_impl->pages, m_impl->groups, m_impl->bytes, std::move(build))

@@ -114,6 +114,7 @@ class Scene {
         // ones, which caches hold, Embree traces faster, and meshes alone it builds faster
         // (docs/hierarchy.md, "In the renderer").
         uint64_t pages_from = uint64_t(1) << 22;
+        uint64_t page_bytes = ~uint64_t(0); // the most of a page: for tests of groups that take several
     };
     // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.
     // Vertices of the store are moved to where pages have them.

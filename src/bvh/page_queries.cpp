@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/paged_memory.h"
 #include "bvh/matrix.h"
 #include "bvh/page_scene.h"
 #include "hierarchy/decode.h"
@@ -108,19 +109,20 @@ class PageScene::Presence {
 };
 
 PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const {
-    const Group& group = m_groups[size_t(m_group_of_page[page.number()])];
+    const Owner& owner = m_owner_of_page[page.number()];
+    const Own& own = m_groups[size_t(owner.group)].owns[size_t(owner.own)];
     if (!hierarchy::is_of_triangles(hierarchy::kind_of(hit.leaf))) {
         const hierarchy::Cell cell = hierarchy::cell_of(page, hit.leaf, hit.primitive / 2);
-        const int shape = group.grids[cell.grid];
+        const int shape = own.grids[cell.grid];
         const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
         return {shape, 0, (float(cell.column) + hit.u) / float(s.mu), (float(cell.row) + hit.v) / float(s.mv),
-                group.partly_grids[cell.grid] != 0};
+                own.partly_grids[cell.grid] != 0};
     }
     const uint32_t triangle = page.name(hit.leaf, int(hit.primitive));
-    const auto& first = group.first_triangle;
+    const auto& first = own.first_triangle;
     const size_t mesh = size_t(std::upper_bound(first.begin(), first.end(), triangle) - first.begin()) - 1;
-    const int shape = group.meshes[mesh], number = int(triangle - first[mesh]);
-    const bool partly = group.partly_meshes[mesh] != 0;
+    const int shape = own.meshes[mesh], number = int(triangle - first[mesh]);
+    const bool partly = own.partly_meshes[mesh] != 0;
     const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
     const bool is_mesh = s.flags & store::ShapeRecord::Mesh;
     if (is_mesh && !(s.flags & store::ShapeRecord::Quads))
@@ -134,19 +136,20 @@ PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarch
 }
 
 template <class Step>
-const PageScene::Group& PageScene::follow(const hierarchy::InstancePath& path, const Step& step) const {
-    const Group* group = &m_groups.back();
+PageScene::Owner PageScene::follow(const hierarchy::InstancePath& path, const Step& step) const {
+    int at = int(m_groups.size()) - 1;
     for (uint32_t k = 0; k < path.depth; k++) {
+        const Group& group = m_groups[size_t(at)];
         const uint32_t number = path.instance[k];
-        if (number == 0 && group->own != None)
-            break; // the group's own page, which lies in it as it is
-        const Run& run = *(std::upper_bound(group->runs.begin(), group->runs.end(), number,
+        if (number < group.owns.size())
+            return {at, int(number)}; // a page of the group's own, which lies in it as it is
+        const Run& run = *(std::upper_bound(group.runs.begin(), group.runs.end(), number,
                                             [](uint32_t n, const Run& r) { return n < r.first; }) -
                            1);
         step(run, number - run.first);
-        group = &m_groups[size_t(run.group)];
+        at = run.group;
     }
-    return *group;
+    return {at, 0};
 }
 
 template <int W>
@@ -157,7 +160,7 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
              rays.o.z[lane] + hit.t * rays.d.z[lane]),
         rounding(0.0f);
     int slot = 0, instanced = 0;
-    const Group& group = follow(path, [&](const Run& run, uint32_t number) {
+    const Owner owner = follow(path, [&](const Run& run, uint32_t number) {
         const Matrix up = run.places[number];
         Matrix down{};
         invert(up.data(), down.data());
@@ -171,7 +174,8 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
                    : slot + run.first_slot + int(number) * m_groups[size_t(run.group)].slots;
         instanced = 1;
     });
-    const hierarchy::Page& page = m_world.page(group.own);
+    const Group& group = m_groups[size_t(owner.group)];
+    const hierarchy::Page& page = m_world.page(group.owns[size_t(owner.own)].page);
     const Place place = place_of(page, hit);
     const Vec3f Ng = hierarchy::corners_of(page, hit.leaf, hit.primitive).normal();
     hits.hit.v[lane] = -1;
@@ -216,6 +220,7 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
     } sink(*this, rays, packets, hits);
     Presence presence(*this, rays);
     trace<hierarchy::Query::Closest>(m_world, m_root, rays.rays, m_partly ? &presence : nullptr, sink);
+    paged_memory::keep_within_bound();
 }
 
 template <int W>
@@ -239,6 +244,7 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
     } sink(rays, hidden);
     Presence presence(*this, rays);
     trace<hierarchy::Query::Any>(m_world, m_root, rays.rays, m_partly ? &presence : nullptr, sink);
+    paged_memory::keep_within_bound();
 }
 
 template void PageScene::intersect<1>(std::span<const RayPacket<1>>, std::span<HitPacket<1>>) const;

@@ -65,6 +65,13 @@ class CellCorners {
 constexpr uint64_t MostBytes = uint64_t(1) << 31;
 constexpr uint64_t BytesACell = 24, BytesATriangle = 48, BytesAnInstance = 88;
 
+uint64_t page_bytes(const store::ShapeRecord& s) {
+    if (is_mesh(s))
+        return 2 * uint64_t(s.mv) * BytesATriangle;
+    const uint64_t cells = uint64_t(s.mu) * uint64_t(s.mv);
+    return has_few_cells(s) ? 2 * cells * BytesATriangle : cells * BytesACell;
+}
+
 struct Reach { // of a group, from the world on by instances that stand still
     bool reached = false;
     uint64_t places = 0; // the most in one other group
@@ -87,8 +94,9 @@ std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
 
 } // namespace
 
-PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least)
-    : m_store(store), m_groups(groups.size()) {
+PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least,
+                     uint64_t most_bytes)
+    : m_store(store), m_most_bytes(std::min(most_bytes, MostBytes)), m_groups(groups.size()) {
     if (groups.empty())
         return;
     const std::vector<Reach> reach = reach_of(groups);
@@ -107,25 +115,24 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
     group.slots = desc.slots;
     const SolidTrees trees(desc.solids);
     std::vector<int> shapes;
-    uint64_t cells = 0, bytes = 0;
+    uint64_t cells = 0;
+    bool fits = true; // each by itself
     for (const auto& range : desc.shapes)
         for (int s = range.first; s < range.first + range.count; s++) {
             const store::ShapeRecord& shape = store.shapes()[size_t(s)];
             if (!can_hold(shape, trees.bounded_by(range.solid)))
                 continue;
             shapes.push_back(s);
-            const bool as_mesh = is_mesh(shape) || has_few_cells(shape);
-            const uint64_t count =
-                is_mesh(shape) ? uint64_t(shape.mv) : uint64_t(shape.mu) * uint64_t(shape.mv);
-            cells += as_mesh ? 0 : count;
-            bytes += as_mesh ? 2 * count * BytesATriangle : count * BytesACell;
+            if (!is_mesh(shape) && !has_few_cells(shape))
+                cells += uint64_t(shape.mu) * uint64_t(shape.mv);
+            fits &= page_bytes(shape) < MostBytes;
         }
-    if (!shapes.empty() && cells >= least && bytes < MostBytes)
-        build_own(store, group, shapes);
+    if (!shapes.empty() && cells >= least && fits)
+        build_owns(store, g, shapes);
 
     std::vector<hierarchy::Placements> level;
-    if (group.own != None)
-        level.push_back({group.own, {}});
+    for (const Own& own : group.owns)
+        level.push_back({own.page, {}});
     uint32_t count = uint32_t(level.size());
     for (const auto& in : desc.instances) {
         const uint32_t root = m_groups[size_t(in.group)].root;
@@ -135,34 +142,22 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
         group.runs.push_back({count, in.group, in.places, in.first_slot});
         count += uint32_t(in.places.size());
     }
-    group.root = group.runs.empty() ? group.own : m_world.add(level);
-    m_group_of_page.resize(m_world.pages().size(), -1);
-    if (group.own != None)
-        m_group_of_page[group.own] = int(g);
+    if (group.runs.empty() && group.owns.size() < 2)
+        group.root = group.owns.empty() ? None : group.owns[0].page;
+    else
+        group.root = m_world.add(level);
 }
 
-void PageScene::build_own(store::Store& store, Group& group, const std::vector<int>& shapes) {
-    std::vector<hierarchy::GridView> grids, voters; // voters: those whose cells are a mesh, too
-    std::vector<hierarchy::MeshView> meshes, polygons;
-    CellCorners corners;
-    uint64_t triangles = 0;
+// One lattice for all, and as many pages as they need.
+void PageScene::build_owns(store::Store& store, size_t g, const std::vector<int>& shapes) {
+    std::vector<hierarchy::GridView> voters; // those whose cells are a mesh, too
+    std::vector<hierarchy::MeshView> polygons;
     for (const int shape : shapes) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
-        const bool partly = is_partly_there(store, s);
-        m_partly |= partly;
-        if (!is_mesh(s))
-            voters.push_back(grid_view(store, s));
-        if (!is_mesh(s) && !has_few_cells(s)) {
-            group.grids.push_back(shape), group.partly_grids.push_back(partly);
-            grids.push_back(voters.back());
-            continue;
-        }
-        group.meshes.push_back(shape), group.partly_meshes.push_back(partly);
-        meshes.push_back(is_mesh(s) ? mesh_view(store, s) : corners.mesh_view(store, s));
         if (is_mesh(s))
-            polygons.push_back(meshes.back());
-        group.first_triangle.push_back(uint32_t(triangles));
-        triangles += meshes.back().triangles();
+            polygons.push_back(mesh_view(store, s));
+        else
+            voters.push_back(grid_view(store, s));
     }
     const hierarchy::Lattice grid_lattice = hierarchy::votes_of({voters, {}}).lattice(),
                              mesh_lattice = hierarchy::votes_of({{}, polygons, true}).lattice();
@@ -175,11 +170,47 @@ void PageScene::build_own(store::Store& store, Group& group, const std::vector<i
             });
         }
     });
-    m_memory.push_back(hierarchy::build({grids, meshes}, grid_lattice, mesh_lattice));
-    if (m_memory.back().page().header().root == hierarchy::NoRef)
+    for (size_t begin = 0, end; begin < shapes.size(); begin = end) {
+        uint64_t bytes = 0;
+        for (end = begin; end < shapes.size(); end++) {
+            bytes += page_bytes(store.shapes()[size_t(shapes[end])]);
+            if (bytes >= m_most_bytes && end > begin)
+                break;
+        }
+        build_own(store, g, std::span(shapes).subspan(begin, end - begin), grid_lattice, mesh_lattice);
+    }
+}
+
+void PageScene::build_own(const store::Store& store, size_t g, std::span<const int> shapes,
+                          const hierarchy::Lattice& of_grids, const hierarchy::Lattice& of_meshes) {
+    Own own;
+    std::vector<hierarchy::GridView> grids;
+    std::vector<hierarchy::MeshView> meshes;
+    CellCorners corners;
+    uint64_t triangles = 0;
+    for (const int shape : shapes) {
+        const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+        const bool partly = is_partly_there(store, s);
+        m_partly |= partly;
+        if (!is_mesh(s) && !has_few_cells(s)) {
+            own.grids.push_back(shape), own.partly_grids.push_back(partly);
+            grids.push_back(grid_view(store, s));
+            continue;
+        }
+        own.meshes.push_back(shape), own.partly_meshes.push_back(partly);
+        meshes.push_back(is_mesh(s) ? mesh_view(store, s) : corners.mesh_view(store, s));
+        own.first_triangle.push_back(uint32_t(triangles));
+        triangles += meshes.back().triangles();
+    }
+    m_memory.push_back(hierarchy::build({grids, meshes}, of_grids, of_meshes));
+    if (m_memory.back().page().header().root == hierarchy::NoRef) {
         m_memory.pop_back(); // all of it is nowhere
-    else
-        group.own = m_world.add(m_memory.back().page());
+        return;
+    }
+    own.page = m_world.add(m_memory.back().page());
+    m_owner_of_page.resize(own.page + 1);
+    m_owner_of_page[own.page] = {int(g), int(m_groups[g].owns.size())};
+    m_groups[g].owns.push_back(std::move(own));
 }
 
 Bounds3f PageScene::bounds() const {

@@ -13,14 +13,16 @@ namespace kanuka::bvh {
 class PageScene {
   public:
     // Groups whose grids have fewer cells than `least` are left out. Vertices are moved to where pages have
-    // them, in the store too. In parallel; the same bytes for any number of threads.
-    PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least);
+    // them, in the store too. In parallel; the same bytes for any number of threads. `most_bytes`: of a page,
+    // but for a single shape; less than what pages may have for tests of groups that take several.
+    PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least,
+              uint64_t most_bytes = ~uint64_t(0));
     PageScene(const PageScene&) = delete;
 
     bool empty() const { return m_root == None; }
     // Of a shape of a group, which bounds solid `solid` (-1 = none), wherever the group stands still.
     bool holds(size_t group, const store::ShapeRecord& shape, int solid) const {
-        return m_groups[group].own != None && can_hold(shape, solid);
+        return !m_groups[group].owns.empty() && can_hold(shape, solid);
     }
     Bounds3f bounds() const;
     uint64_t bytes() const;
@@ -41,13 +43,20 @@ class PageScene {
         Places places;
         int first_slot;
     };
-    struct Group {
-        std::vector<int> grids, meshes;       // shapes, as the page numbers them; few cells are a mesh
-        std::vector<uint32_t> first_triangle; // of each mesh
+    struct Own {                                          // a page of shapes
+        std::vector<int> grids, meshes;                   // as the page numbers them; few cells are a mesh
+        std::vector<uint32_t> first_triangle;             // of each mesh
         std::vector<uint8_t> partly_grids, partly_meshes; // there for some rays alone
+        uint32_t page = None;
+    };
+    struct Group {
+        std::vector<Own> owns; // one, where all fits into a page
         std::vector<Run> runs;
-        int first_emitter, slots;         // first_emitter: -1 = its own have no numbers
-        uint32_t own = None, root = None; // page of its shapes; that, or the level with its instances
+        int first_emitter, slots; // first_emitter: -1 = its own have no numbers
+        uint32_t root = None;     // the page of its shapes, or the level of those and its instances
+    };
+    struct Owner {
+        int group = -1, own = 0;
     };
     struct Place { // of a hit on a shape
         int shape, prim;
@@ -59,19 +68,22 @@ class PageScene {
         return solid < 0 && !(shape.flags & store::ShapeRecord::Fibre) && shape.motion_segments == 0;
     }
 
-    // The group that a hit lies in; tells step(run, number in the run) of each instance on the way.
+    // Where a hit lies; tells step(run, number in the run) of each instance on the way.
     template <class Step>
-    const Group& follow(const hierarchy::InstancePath& path, const Step& step) const;
+    Owner follow(const hierarchy::InstancePath& path, const Step& step) const;
     void build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g, uint64_t least);
-    void build_own(store::Store& store, Group& group, const std::vector<int>& shapes);
+    void build_owns(store::Store& store, size_t g, const std::vector<int>& shapes);
+    void build_own(const store::Store& store, size_t g, std::span<const int> shapes,
+                   const hierarchy::Lattice& of_grids, const hierarchy::Lattice& of_meshes);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
     template <int W>
     void put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hit,
              const hierarchy::InstancePath& path, HitPacket<W>& hits) const;
 
     const store::Store& m_store;
+    uint64_t m_most_bytes;
     std::vector<Group> m_groups;
-    std::vector<int> m_group_of_page; // whose own page it is, by number
+    std::vector<Owner> m_owner_of_page; // by number; of levels none
     std::vector<hierarchy::PageMemory> m_memory;
     hierarchy::World m_world;
     uint32_t m_root = None;

@@ -55,7 +55,7 @@ class Layout {
     Header header{};
 
   private:
-    std::vector<size_t> m_offset;
+    LargeVector<size_t> m_offset;
 };
 
 } // namespace
@@ -90,7 +90,7 @@ PageMemory build(const Content& content, const Lattice& of_grids, const Lattice&
     const GridLeaves grids(content.grids, of_grids);
     const MeshLeaves triangles(content.meshes, 3, of_meshes, of_grids),
         quads(content.meshes, 4, of_meshes, of_grids);
-    std::vector<Group> groups = grids.groups();
+    LargeVector<Group> groups = grids.groups();
     const size_t grid_groups = groups.size();
     groups.insert(groups.end(), triangles.groups().begin(), triangles.groups().end());
     const size_t first_quads = groups.size();

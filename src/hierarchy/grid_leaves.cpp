@@ -12,6 +12,7 @@ namespace {
 
 constexpr int LargestTile = 6; // log2 of its blocks to a side
 constexpr size_t TilesATask = 16;
+constexpr size_t TilesAtOnce = 1024; // what becomes of them is there twice
 
 int blocks(int cells) {
     return (cells + 3) / 4;
@@ -38,17 +39,19 @@ float half_area(const Bounds3f& b) {
 GridLeaves::GridLeaves(std::span<const GridView> grids, const Lattice& lattice)
     : m_grids(grids), m_lattice(lattice) {
     cut_into_tiles();
-    std::vector<Made> made(m_tiles.size());
-    tasks::parallel_chunks(m_tiles.size(), TilesATask, [&](size_t begin, size_t end) {
-        for (size_t t = begin; t < end; t++)
-            made[t] = groups_of(uint32_t(t));
-    });
-    for (Made& m : made)
-        for (size_t i = 0; i < m.groups.size(); i++) {
-            m.groups[i].source = uint32_t(m_parts.size());
-            m_parts.push_back(m.parts[i]);
-            m_groups.push_back(m.groups[i]);
-        }
+    for (size_t first = 0; first < m_tiles.size(); first += TilesAtOnce) {
+        std::vector<Made> made(std::min(TilesAtOnce, m_tiles.size() - first));
+        tasks::parallel_chunks(made.size(), TilesATask, [&](size_t begin, size_t end) {
+            for (size_t t = begin; t < end; t++)
+                made[t] = groups_of(uint32_t(first + t));
+        });
+        for (Made& m : made)
+            for (size_t i = 0; i < m.groups.size(); i++) {
+                m.groups[i].source = uint32_t(m_parts.size());
+                m_parts.push_back(m.parts[i]);
+                m_groups.push_back(m.groups[i]);
+            }
+    }
 }
 
 void GridLeaves::cut_into_tiles() {

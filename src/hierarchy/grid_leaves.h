@@ -13,7 +13,7 @@ class GridLeaves {
   public:
     GridLeaves(std::span<const GridView> grids, const Lattice& lattice);
 
-    const std::vector<Group>& groups() const { return m_groups; } // `source` numbers them
+    const LargeVector<Group>& groups() const { return m_groups; } // `source` numbers them
     const std::vector<Tile>& tiles() const { return m_tiles; }
     int tile_log() const { return m_tile_log; }
     // Of a leaf of a group.
@@ -45,8 +45,8 @@ class GridLeaves {
     Lattice m_lattice;
     int m_tile_log = 0;
     std::vector<Tile> m_tiles;
-    std::vector<Part> m_parts;
-    std::vector<Group> m_groups;
+    LargeVector<Part> m_parts;
+    LargeVector<Group> m_groups;
 };
 
 } // namespace kanuka::hierarchy

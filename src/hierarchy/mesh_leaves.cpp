@@ -44,8 +44,8 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattic
     m_finest = grids && (!others || of_grids.exponent < lattice.exponent) ? of_grids : lattice;
     if (triangles >= uint64_t(1) << 31)
         throw Error("a page of the ray tracer has 2^31 triangles or more");
-    std::vector<Item> items(faces);
-    std::vector<uint8_t> is_there(faces);
+    LargeVector<Item> items(faces);
+    LargeVector<uint8_t> is_there(faces);
     tasks::parallel_chunks(faces, FacesATask, [&](size_t begin, size_t end) {
         // Of several meshes that begin at one face the last has it.
         size_t mesh =

@@ -14,7 +14,7 @@ class MeshLeaves {
     // Of those meshes whose faces have so many sides.
     MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattice& lattice, const Lattice& of_grids);
 
-    const std::vector<Group>& groups() const { return m_groups; } // `source` numbers them
+    const LargeVector<Group>& groups() const { return m_groups; } // `source` numbers them
     void write(const Group& group, int i, uint8_t* to) const;
     // Triangles of a leaf, counted through all meshes; the last is repeated.
     void names(const Group& group, int i, uint32_t (&to)[LeafTriangles]) const;
@@ -44,9 +44,9 @@ class MeshLeaves {
     Lattice m_finest;              // of the two: points of either stand on it
     uint32_t m_each;               // triangles a face: one or two
     std::vector<uint64_t> m_first; // triangle of each mesh
-    std::vector<uint32_t> m_faces; // their first triangles, in the order of leaves
-    std::vector<Leaf> m_leaves;    // those of a group one behind the other
-    std::vector<Group> m_groups;
+    LargeVector<uint32_t> m_faces; // their first triangles, in the order of leaves
+    LargeVector<Leaf> m_leaves;    // those of a group one behind the other
+    LargeVector<Group> m_groups;
 };
 
 } // namespace kanuka::hierarchy

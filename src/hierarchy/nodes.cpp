@@ -106,7 +106,7 @@ void write_node(Node& node, const Group& group, uint32_t children) {
 }
 
 NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at) {
-    std::vector<Item> items(groups.size());
+    LargeVector<Item> items(groups.size());
     for (size_t i = 0; i < groups.size(); i++)
         items[i] = Item(groups[i].bounds(), uint32_t(i));
     if (items.empty())

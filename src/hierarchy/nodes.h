@@ -31,8 +31,8 @@ void write_node(Node& node, const Group& group, uint32_t children);
 // The nodes over all groups. `leaf_at[i]` is where the node of group i itself stands, which the caller
 // writes.
 struct NodeTree {
-    std::vector<Node> nodes; // the first is the root; children count from `first_unit`
-    std::vector<uint32_t> leaf_at;
+    LargeVector<Node> nodes; // the first is the root; children count from `first_unit`
+    LargeVector<uint32_t> leaf_at;
 };
 NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at);
 

@@ -216,7 +216,7 @@ TwoRuns split(Item* items, const Run& run, uint32_t leaf) {
     return two;
 }
 
-SplitTree split_all(std::vector<Item> items, uint32_t most) {
+SplitTree split_all(LargeVector<Item> items, uint32_t most) {
     SplitTree tree;
     tree.items = std::move(items);
     if (tree.items.empty())

@@ -5,8 +5,8 @@
 
 #include <cfloat>
 #include <cstdint>
-#include <vector>
 
+#include "base/large_pages.h"
 #include "base/vec.h"
 
 namespace kanuka::hierarchy {
@@ -73,9 +73,9 @@ struct SplitTree {
         Bounds3f box;
         float half_area = 0;
     };
-    std::vector<Branch> branches; // the first is the root; left and right come after their parent
-    std::vector<Item> items;      // in order of the leaves
+    LargeVector<Branch> branches; // the first is the root; left and right come after their parent
+    LargeVector<Item> items;      // in order of the leaves
 };
-SplitTree split_all(std::vector<Item> items, uint32_t most);
+SplitTree split_all(LargeVector<Item> items, uint32_t most);
 
 } // namespace kanuka::hierarchy

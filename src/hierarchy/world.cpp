@@ -73,8 +73,8 @@ bool make_leaf(const Placed& p, uint32_t number, InstanceLeaf& leaf) {
 }
 
 // Runs of at most eight instances that lie together; `source`: of the first in the order of the items.
-std::vector<Group> groups_of(const SplitTree& tree) {
-    std::vector<Group> groups;
+LargeVector<Group> groups_of(const SplitTree& tree) {
+    LargeVector<Group> groups;
     for (const SplitTree::Branch& b : tree.branches)
         if (b.left < 0)
             groups.push_back(
@@ -92,9 +92,9 @@ std::vector<Group> groups_of(const SplitTree& tree) {
 
 // `write(item, leaf)` makes the leaf of an instance.
 template <class Write>
-PageMemory build_level(std::vector<Item> items, const Write& write) {
+PageMemory build_level(LargeVector<Item> items, const Write& write) {
     const SplitTree order = items.empty() ? SplitTree() : split_all(std::move(items), 8);
-    const std::vector<Group> groups = groups_of(order);
+    const LargeVector<Group> groups = groups_of(order);
     Header h{};
     h.magic = Magic, h.version = Version;
     const size_t first = sizeof(Header); // of the instances, a line each
@@ -151,8 +151,8 @@ uint32_t World::add_level(size_t count, int nesting, const PlacementOf& placemen
     if (nesting > MostNesting)
         throw Error("instances lie " + std::to_string(nesting) + " deep in each other; at most " +
                     std::to_string(MostNesting) + " can be traced");
-    std::vector<Item> items(count);
-    std::vector<uint8_t> state(count); // 1: it stands; 2: it is left out
+    LargeVector<Item> items(count);
+    LargeVector<uint8_t> state(count); // 1: it stands; 2: it is left out
     tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
             const Placed p = placement_of(i);

@@ -248,6 +248,8 @@ nb::object stats_dict(const Picture& p) {
     bytes["store_read"] = s.bytes.store_read;
     bytes["store_written"] = s.bytes.store_written;
     bytes["peak_rss"] = s.bytes.peak_rss;
+    bytes["scratch"] = s.bytes.scratch;
+    bytes["given_back"] = s.bytes.given_back;
     all["time"] = time;
     all["count"] = count;
     all["bytes"] = bytes;

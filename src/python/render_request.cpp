@@ -42,6 +42,15 @@ T or_else(nb::handle value, const char* name, T none) {
     return value.is_none() ? none : argument<T>(value, name);
 }
 
+// As 500M or 20G; empty = None.
+std::string size_of(nb::handle value, const char* name) {
+    const std::string text = or_else<std::string>(value, name, "");
+    if (!value.is_none() && !parse_byte_size(text))
+        throw nb::value_error(
+            (std::string(name) + ": expected a size as 500M or 20G, got \"" + text + "\"").c_str());
+    return text;
+}
+
 constexpr Keyword<RenderRequest> OwnKeywords[] = {
     {"progressions", "int | None", "None", "paths a pixel", "None = the scene's samples, else 64",
      over_option},
@@ -74,13 +83,12 @@ constexpr Keyword<RenderRequest> OwnKeywords[] = {
      }},
     {"store_size", "str | None", "None", "as 500M or 20G",
      "of the folder: what was not used for longest goes; None = KANUKA_STORE_SIZE, else 20G",
-     [](RenderRequest& r, nb::handle value, const char* name) {
-         r.store_size = or_else<std::string>(value, name, "");
-         if (!value.is_none() && !parse_byte_size(r.store_size))
-             throw nb::value_error(
-                 (std::string(name) + ": expected a size as 500M or 20G, got \"" + r.store_size + "\"")
-                     .c_str());
-     }},
+     [](RenderRequest& r, nb::handle value, const char* name) { r.store_size = size_of(value, name); }},
+    {"memory", "str | None", "None", "as 500M or 4G",
+     "most of the memory that geometry may take: the rest waits on a disk (KANUKA_SCRATCH, TMPDIR), and "
+     "comes where it "
+     "is needed; None = KANUKA_MEMORY, else no bound",
+     [](RenderRequest& r, nb::handle value, const char* name) { r.memory = size_of(value, name); }},
     {"progress", "Callable[[str, float], object] | None", "None", "",
      "called with the phase and its fraction, on the calling thread",
      [](RenderRequest& r, nb::handle value, const char* name) {
@@ -127,6 +135,10 @@ store::DiskStore::Settings RenderRequest::store_settings() const {
     if (!store_size.empty())
         settings.most_bytes = *parse_byte_size(store_size);
     return settings;
+}
+
+std::optional<MemoryBudget> RenderRequest::memory_budget() const {
+    return memory.empty() ? std::nullopt : std::optional(MemoryBudget{*parse_byte_size(memory), {}});
 }
 
 } // namespace kanuka::python

@@ -9,13 +9,14 @@ namespace kanuka::python {
 struct RenderRequest {
     render::Overrides overrides;
     std::optional<std::filesystem::path> store; // none = the environment's
-    std::string store_mode, store_size;
+    std::string store_mode, store_size, memory;
     nb::object progress = nb::none();
     std::shared_ptr<Journal> journal;
     std::vector<Camera> shot;
 
     // What arguments say of the store goes over what the environment says.
     store::DiskStore::Settings store_settings() const;
+    std::optional<MemoryBudget> memory_budget() const; // none = the environment's
 };
 
 // The calls' own, then every option of a scene.

@@ -154,6 +154,7 @@ class Session {
         overrides.delayed = m_scene->delayed.get();
         overrides.page_memory = m_page_memory;
         overrides.store = request.store_settings();
+        overrides.memory_budget = request.memory_budget();
         m_scene->scene.options = m_scene->options; // Python may write its own while the picture is made
         scene::Options options = m_scene->options;
         overrides.options.apply(options);

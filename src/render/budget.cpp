@@ -32,6 +32,15 @@ uint64_t machine_memory() {
     return most;
 }
 
+// The limit of resources tells the parent's peak too, where that is larger.
+uint64_t peak_memory() {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);)
+        if (line.starts_with("VmHWM:"))
+            return std::stoull(line.substr(6)) << 10;
+    return 0;
+}
+
 void refuse_what_cannot_fit(const Window& window, size_t aovs, uint64_t memory) {
     constexpr uint64_t Layers = 20; // floats of the picture that is made of the sums
     const uint64_t a_pixel =

@@ -12,6 +12,8 @@ struct CannotFit : Error {
 };
 // Of the machine, or what this process may have of it.
 uint64_t machine_memory();
+// The most that this process has had in memory at once.
+uint64_t peak_memory();
 // Throws CannotFit with the figure where the sums of a picture's pixels, and the picture made of them, cannot
 // fit.
 void refuse_what_cannot_fit(const Window& window, size_t aovs, uint64_t memory);

@@ -15,6 +15,26 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// How many primitives are prepared at once: fewer where their pages take much of a budget.
+class RunLength {
+  public:
+    explicit RunLength(uint64_t budget) : m_budget(budget), m_length(budget > 0 ? Least : Most) {}
+    size_t next() {
+        if (m_budget > 0 && m_bytes > m_budget / 16)
+            m_length = std::max(m_length / 2, Least);
+        else if (m_budget > 0 && m_bytes < m_budget / 64)
+            m_length = std::min(m_length * 2, Most);
+        m_bytes = 0;
+        return m_length;
+    }
+    void note(uint64_t bytes) { m_bytes += bytes; }
+
+  private:
+    static constexpr size_t Least = 4, Most = 256;
+    uint64_t m_budget, m_bytes = 0; // of the run under way
+    size_t m_length;
+};
+
 class GeometryBuilder {
   public:
     GeometryBuilder(const GeometryRequest& request, Geometry& out)
@@ -86,14 +106,15 @@ class GeometryBuilder {
                         const GroupView* instanced, bvh::GroupDesc& desc) {
         // Runs of primitives are prepared in parallel and made resident in order: the same store for any
         // thread count, and never more than a run's pages twice in memory.
-        constexpr size_t Run = 256;
+        RunLength run(m_request.memory_budget);
         desc.solids = solid_nodes(solids);
         m_key(uint64_t(primitives.size()));
         for (const bvh::SolidNode& node : desc.solids)
             m_key(node.kind, node.parent);
         Shapes shapes{desc, int(m_out->store.shapes().size())};
-        for (size_t begin = 0; begin < primitives.size() && !m_request.progress.cancelled(); begin += Run) {
-            const size_t end = std::min(primitives.size(), begin + Run);
+        for (size_t begin = 0, end; begin < primitives.size() && !m_request.progress.cancelled();
+             begin = end) {
+            end = std::min(primitives.size(), begin + run.next());
             m_preparer.begin_run(m_out->store.grid_bytes() + m_out->store.input_bytes());
             std::vector<Prepared> prepared(end - begin);
             tasks::parallel_for(end - begin, [&](size_t i) {
@@ -102,6 +123,7 @@ class GeometryBuilder {
                                    bvh::subtracted(desc.solids, bounded), prepared[i]);
             });
             for (size_t i = 0; i < prepared.size(); i++) {
+                run.note(prepared[i].page.words.size() * sizeof(uint32_t));
                 keep(prepared[i]);
                 if (!prepared[i].empty)
                     place(primitives[begin + i], prepared[i], shapes);

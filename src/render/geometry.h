@@ -50,6 +50,7 @@ struct GeometryRequest {
     bool classic = false;             // surfaces light nothing, but for area lights
     PageCache* pages = nullptr;       // what was made before; null = nothing is kept
     store::DiskStore* disk = nullptr; // with `pages`; null = none
+    uint64_t memory_budget = 0;       // that pages come and go within; 0 = none
     Digest setting = {};              // of what all materials depend on; for keys of pages
 };
 

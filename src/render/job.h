@@ -25,6 +25,8 @@ struct Job {
     std::string standard_shaders;
     scene::Delayed* delayed;
     uint64_t memory, page_memory; // bytes that there are, and that pages are kept in
+    MemoryBudget memory_budget;   // what is large may take no more of them
+    uint64_t geometry_memory;     // memory, or, with a budget, what the disk has room for
     size_t store_window;
     uint64_t pages_from;
     store::DiskStore::Settings store; // no folder = none

@@ -1,7 +1,6 @@
 #include "render/session.h"
 
 #include <algorithm>
-#include <sys/resource.h>
 
 #include "base/cancel.h"
 #include "base/tasks.h"
@@ -33,6 +32,8 @@ Job job_of(const scene::Scene& scene, const Overrides& o, Journal& journal, Stat
             .delayed = o.delayed,
             .memory = o.memory ? *o.memory : machine_memory(),
             .page_memory = 0,
+            .memory_budget = o.memory_budget ? *o.memory_budget : memory_budget_of_environment(),
+            .geometry_memory = 0,
             .store_window = o.store_window,
             .pages_from = o.pages_from,
             .store = o.store ? *o.store : store::store_settings_of_environment(),
@@ -42,6 +43,14 @@ Job job_of(const scene::Scene& scene, const Overrides& o, Journal& journal, Stat
             .integrator = {},
             .aovs = {}};
     job.page_memory = o.page_memory.value_or(job.memory / 4);
+    job.geometry_memory = job.memory;
+    if (const MemoryBudget& budget = job.memory_budget; budget.bytes > 0) {
+        // All that pages can hold lies in pages: Embree's memory stays where it is. As much as that may take
+        // is a matter of the disk, half of it for the hierarchy (budget.h).
+        job.pages_from = 0;
+        job.geometry_memory = paged_memory::room(budget);
+        job.page_memory = std::min(job.page_memory, budget.bytes / 8);
+    }
     o.options.apply(job.options);
     const scene::Options& options = job.options;
     if (options.width < 1 || options.height < 1 ||
@@ -147,6 +156,10 @@ class Session::Impl {
         check_threads(overrides.threads.value_or(0));
         m_threads = overrides.threads.value_or(0);
         m_making.reset(); // which leaves what can be of use
+        const MemoryBudget budget =
+            overrides.memory_budget ? *overrides.memory_budget : memory_budget_of_environment();
+        m_hold.emplace(budget);
+        m_paged_before = paged_memory::counts();
         m_making.emplace(*m_scene, overrides, *m_journal, stats, m_keep == Keep::Nothing ? nullptr : &m_kept);
     }
 
@@ -154,8 +167,10 @@ class Session::Impl {
     bool prepare(const Progress& progress) {
         if (prepared())
             return true;
-        return work(progress,
-                    [&] { return tasks::unless_cancelled(progress.cancelled, [&] { making().build(); }); });
+        const bool done = work(
+            progress, [&] { return tasks::unless_cancelled(progress.cancelled, [&] { making().build(); }); });
+        tell_of_full_disk();
+        return done;
     }
 
     bool advance(int progressions, const Progress& progress) {
@@ -181,6 +196,7 @@ class Session::Impl {
         if (making().tracing)
             tasks::with_threads(m_threads, [&] { making().tracing->report(); });
         film::Picture picture = this->picture();
+        tell_of_large_rest();
         if (!picture.channels.empty() && progressions() >= wanted())
             tell_of_darkness(picture, making().lighting->has_lights(), making().job);
         return picture;
@@ -205,9 +221,10 @@ class Session::Impl {
         Stats& stats = *making().job.stats;
         stats.time.total_s = stats.time.ingest_s +
                              std::chrono::duration<double>(Job::Clock::now() - making().job.start).count();
-        rusage usage;
-        getrusage(RUSAGE_SELF, &usage);
-        stats.bytes.peak_rss = uint64_t(usage.ru_maxrss) * 1024;
+        stats.bytes.peak_rss = peak_memory();
+        const paged_memory::Counts paged = paged_memory::counts();
+        stats.bytes.scratch = paged.bytes;
+        stats.bytes.given_back = paged.given_back - m_paged_before.given_back;
     }
 
   private:
@@ -215,6 +232,25 @@ class Session::Impl {
         if (!m_making)
             throw Error("the last update() of the session was refused; update it again first");
         return *m_making;
+    }
+    void tell_of_full_disk() const {
+        const uint64_t refused = paged_memory::counts().refused - m_paged_before.refused;
+        if (refused > 0)
+            m_journal->warning(
+                making().job.where(),
+                "the disk of the scratch files is full: " + std::to_string(refused >> 20) +
+                    " MB stay in memory, whatever its budget; KANUKA_SCRATCH names another folder");
+    }
+    // The budget is for what is large; the rest is told where it is more than that.
+    void tell_of_large_rest() const {
+        const uint64_t budget = making().job.memory_budget.bytes, peak = peak_memory();
+        if (budget > 0 && peak > budget)
+            m_journal->warning(
+                making().job.where(),
+                "this process has had " + std::to_string(peak >> 20) +
+                    " MB in memory at once, and its budget is " + std::to_string(budget >> 20) +
+                    ": what is not paged is the scene as it was read, the picture, textures, primitives "
+                    "while they are diced, and the hierarchy over fibres and what moves");
     }
     // On as many threads as were asked for; `progress` is that of this call.
     template <class Step>
@@ -235,6 +271,8 @@ class Session::Impl {
     Journal* m_journal;
     const Keep m_keep;
     int m_threads = 0;
+    std::optional<paged_memory::Hold> m_hold;
+    paged_memory::Counts m_paged_before;
     Kept m_kept;
     mutable std::optional<Making> m_making; // none: what was to follow the last one was refused
 };

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "base/paged_memory.h"
 #include "base/progress.h"
 #include "base/stats.h"
 #include "bvh/bvh.h"
@@ -32,6 +33,7 @@ struct Overrides {
     std::optional<uint64_t>
         page_memory; // bytes of pages that are kept for update(); unset = a quarter of that
     std::optional<store::DiskStore::Settings> store;      // unset = the environment's; no folder = none
+    std::optional<MemoryBudget> memory_budget;            // unset = the environment's
     size_t store_window = store::Store::LargestWindow;    // words; less, for tests of what lies beyond
     uint64_t pages_from = bvh::Scene::Build().pages_from; // cells; less, for tests of small scenes
 };

@@ -99,7 +99,7 @@ void World::prepare_color() {
 // to be traced, and pages are kept beside.
 void World::drop_what_leaves_no_room() {
     const Geometry* before = m_kept->geometry.get();
-    if (!before || before->store.grid_bytes() + before->store.input_bytes() <= m_job.memory / 8)
+    if (!before || before->store.grid_bytes() + before->store.input_bytes() <= m_job.geometry_memory / 8)
         return;
     m_kept->bvh.reset();
     m_kept->geometry.reset();
@@ -159,10 +159,21 @@ void World::decide_transport() {
 }
 
 GeometryRequest World::request_for(const scene::Scene& scene) {
-    GeometryRequest request{
-        scene,           *m_shading,    *m_kept->color.palette, m_dice,          m_camera.render_from_world,
-        m_job.shutter(), m_job.journal, *m_job.stats,           *m_job.progress, *m_linking,
-        m_clips,         m_job.memory,  m_job.store_window,     m_classic};
+    GeometryRequest request{scene,
+                            *m_shading,
+                            *m_kept->color.palette,
+                            m_dice,
+                            m_camera.render_from_world,
+                            m_job.shutter(),
+                            m_job.journal,
+                            *m_job.stats,
+                            *m_job.progress,
+                            *m_linking,
+                            m_clips,
+                            m_job.geometry_memory,
+                            m_job.store_window,
+                            m_classic};
+    request.memory_budget = m_job.memory_budget.bytes;
     if (m_has_keys) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;

@@ -40,19 +40,24 @@ Store::Store(size_t window_words) : m_window_words(window_words) {
 
 Store::~Store() {
     for (const Window& w : m_windows)
-        munmap(w.words, m_window_words * 4 + Slack);
+        if (!w.paged || !paged_memory::release(w.words))
+            munmap(w.words, m_window_words * 4 + Slack);
 }
 
 // Reserved, not committed: memory comes as pages are added.
-void Store::open_window() {
+void Store::open_window(bool paged) {
     const size_t bytes = m_window_words * 4 + Slack;
+    if (void* p = paged ? paged_memory::reserve(bytes) : nullptr) {
+        m_windows.push_back({static_cast<uint32_t*>(p), 0, true});
+        return;
+    }
     void* p =
         mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (p == MAP_FAILED)
         throw Error("cannot reserve address space for the micropolygon store; check ulimit -v",
                     ExitCode::Internal);
     want_large_pages(p, bytes);
-    m_windows.push_back({static_cast<uint32_t*>(p), 0});
+    m_windows.push_back({static_cast<uint32_t*>(p), 0, false});
 }
 
 int Store::program_here(const grid::LayeringProgram& program) {
@@ -89,6 +94,11 @@ int Store::add_links(const Links& links) {
     return int(m_links.size()) - 1;
 }
 
+bool Store::has_room(size_t words) {
+    const Window& last = m_windows.back();
+    return !last.paged || paged_memory::make_room(last.words, words * 4 + Slack);
+}
+
 // Emitters live in their own table; the rest of the page moves in as it is.
 uint32_t* Store::place_of(const Page& page) {
     const size_t words = page.header().emitters_at;
@@ -100,6 +110,8 @@ uint32_t* Store::place_of(const Page& page) {
                     std::to_string(m_window_words * 4 >> 20) + " MB that one primitive may have");
     if (start() + words > m_window_words)
         open_window();
+    if (!has_room(start() + words))
+        open_window(false); // the disk is full: memory that stays has to do
     uint32_t* const at = m_windows.back().words + start();
     m_windows.back().used = start() + words;
     std::memcpy(at, page.words.data(), words * 4);

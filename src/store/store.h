@@ -237,8 +237,10 @@ class Store {
     struct Window {
         uint32_t* words;
         size_t used;
+        bool paged; // its pages come and go: base/paged_memory.h
     };
-    void open_window();
+    void open_window(bool paged = true);
+    bool has_room(size_t words);                            // in the last window, once it has it
     int program_here(const grid::LayeringProgram& program); // in the last window
     uint32_t* place_of(const Page& page);                   // in the last window, or a new one
     float number(grid::WordLayout::Place place, int shape, int prim, float u, float v) const;

@@ -105,6 +105,14 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all cores")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
     machine.add_argument(
+        "--memory",
+        type=size,
+        metavar="SIZE",
+        help="the most that geometry may take of the memory, as 500M or 4G: the rest waits in a folder (KANUKA_SCRATCH, "
+        "TMPDIR, /var/tmp) and comes where it is needed, and vertices lie on a lattice (a thirty-second of a micropolygon off at most); "
+        "default: KANUKA_MEMORY, else no bound",
+    )
+    machine.add_argument(
         "--store",
         metavar="DIR",
         help="keep what is diced and shaded in DIR, which many renders and hosts may share: the next one does neither "
@@ -236,6 +244,7 @@ def render(
         "store": arguments.store,
         "store_mode": arguments.store_mode,
         "store_size": None if arguments.store_size is None else str(arguments.store_size),
+        "memory": None if arguments.memory is None else str(arguments.memory),
         "journal": scene.journal,
     }
     if arguments.checkpoint:

@@ -1,0 +1,141 @@
+#include "base/paged_memory.h"
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "base/large_pages.h"
+#include "base/tasks.h"
+
+namespace kanuka {
+namespace {
+
+constexpr uint64_t MB = uint64_t(1) << 20;
+
+uint64_t resident() {
+    std::ifstream statm("/proc/self/statm");
+    uint64_t addresses = 0, pages = 0;
+    statm >> addresses >> pages;
+    return pages * 4096;
+}
+
+// Of 512 MB of words a quarter is in memory at once: between two pieces of work the bound holds, however busy
+// the machine is.
+TEST(PagedMemory, WhatIsLargeComesAndGoes) {
+    const uint64_t bound = resident() + 128 * MB;
+    const paged_memory::Hold hold({bound, {}});
+    LargeVector<uint64_t> words(512 * MB / 8);
+    std::atomic<uint64_t> most{0}, wrong{0};
+    const auto between = [&] {
+        paged_memory::keep_within_bound();
+        const uint64_t now = resident();
+        for (uint64_t seen = most; now > seen && !most.compare_exchange_weak(seen, now);)
+            ;
+    };
+    for (size_t i = 0; i < words.size(); i++) {
+        words[i] = i * 0x9e3779b97f4a7c15;
+        if (i % (MB / 8) == 0)
+            between();
+    }
+    EXPECT_GE(paged_memory::counts().bytes, 512 * MB);
+    // Here and there, by many threads, as rays do.
+    tasks::parallel_for(64, [&](size_t task) {
+        uint32_t h = uint32_t(task) * 7919 + 1;
+        for (int k = 0; k < 2000; k++) {
+            h = h * 1664525 + 1013904223;
+            const size_t i = (uint64_t(h) * words.size()) >> 32;
+            wrong += words[i] != i * 0x9e3779b97f4a7c15;
+            if (k % 16 == 0)
+                between();
+        }
+    });
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_LT(most, bound + 32 * MB); // what other threads bring while one gives back
+    EXPECT_GT(paged_memory::counts().given_back, 256 * MB);
+}
+
+// Every page is written by some thread while others are given back: no write is lost.
+TEST(PagedMemory, NoWriteIsLost) {
+    const paged_memory::Hold hold({resident() + 16 * MB, {}});
+    LargeVector<uint32_t> words(128 * MB / 4);
+    for (uint32_t round = 1; round <= 3; round++) {
+        tasks::parallel_for(words.size() / 1024, [&](size_t page) {
+            for (size_t i = page * 1024; i < (page + 1) * 1024; i++)
+                words[i] += round * uint32_t(i);
+        });
+    }
+    size_t wrong = 0;
+    for (size_t i = 0; i < words.size(); i++)
+        wrong += words[i] != 6 * uint32_t(i);
+    EXPECT_EQ(wrong, 0u);
+}
+
+TEST(PagedMemory, WithoutABoundNothingIsPaged) {
+    EXPECT_EQ(paged_memory::allocate(8 * MB), nullptr);
+    EXPECT_EQ(paged_memory::reserve(8 * MB), nullptr);
+    int nothing = 0;
+    EXPECT_FALSE(paged_memory::release(&nothing));
+    {
+        const paged_memory::Hold none({0, {}});
+        EXPECT_EQ(paged_memory::allocate(8 * MB), nullptr);
+    }
+}
+
+// What was allocated under a bound stays where it is, and is released after it.
+TEST(PagedMemory, OutlivesItsBound) {
+    LargeVector<uint32_t> words;
+    {
+        const paged_memory::Hold hold({64 * MB, {}});
+        words.assign(4 * MB, 7);
+    }
+    const uint64_t bytes = paged_memory::counts().bytes;
+    EXPECT_GE(bytes, 16 * MB);
+    words.push_back(8); // grows into memory that stays
+    EXPECT_EQ(words[3 * MB], 7u);
+    EXPECT_LT(paged_memory::counts().bytes, bytes);
+}
+
+TEST(PagedMemory, ReservedSpaceNeedsRoom) {
+    const paged_memory::Hold hold({256 * MB, {}});
+    char* const p = static_cast<char*>(paged_memory::reserve(uint64_t(8) << 30));
+    ASSERT_NE(p, nullptr);
+    const uint64_t before = paged_memory::counts().bytes;
+    ASSERT_TRUE(paged_memory::make_room(p, 3 * MB));
+    p[3 * MB - 1] = 5;
+    const uint64_t there = paged_memory::counts().bytes - before;
+    EXPECT_GE(there, 3 * MB);
+    EXPECT_LE(there, 70 * MB); // by steps
+    EXPECT_EQ(p[3 * MB - 1], 5);
+    EXPECT_TRUE(paged_memory::release(p));
+    EXPECT_FALSE(paged_memory::release(p));
+}
+
+TEST(PagedMemory, AFullDiskIsNoEnd) {
+    const paged_memory::Hold hold({64 * MB, {}});
+    const paged_memory::Counts before = paged_memory::counts();
+    EXPECT_EQ(paged_memory::allocate(uint64_t(1) << 50), nullptr); // no disk has a petabyte
+    EXPECT_GT(paged_memory::counts().refused, before.refused);
+    EXPECT_EQ(paged_memory::counts().bytes, before.bytes);
+}
+
+TEST(PagedMemory, FoldersThatCannotServe) {
+    EXPECT_THROW(paged_memory::Hold({64 * MB, "/nowhere/at/all"}), Error);
+    if (std::filesystem::exists("/dev/shm")) { // files there are memory
+        EXPECT_THROW(paged_memory::Hold({64 * MB, "/dev/shm"}), Error);
+    }
+}
+
+TEST(PagedMemory, SizesOfTheEnvironment) {
+    setenv("KANUKA_MEMORY", "1.5G", 1);
+    EXPECT_EQ(memory_budget_of_environment().bytes, 3 * 512 * MB);
+    setenv("KANUKA_MEMORY", "much", 1);
+    EXPECT_THROW(memory_budget_of_environment(), Error);
+    unsetenv("KANUKA_MEMORY");
+    EXPECT_EQ(memory_budget_of_environment().bytes, 0u);
+}
+
+} // namespace
+} // namespace kanuka
