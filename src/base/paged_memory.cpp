@@ -136,17 +136,23 @@ class Pager {
         return false;
     }
     void keep_within_bound() {
-        const uint64_t bound = m_bound, high = bound - bound / 8, low = bound - bound / 4;
-        if (bound == 0 || resident() <= high)
+        const uint64_t bound = m_bound;
+        // What is not paged may be more than the bound: some pages must stay all the same, to get on.
+        const auto high = [&] { return std::max(bound - bound / 8, m_unpaged + bound / 4); };
+        const auto low = [&] { return std::max(bound - bound / 4, m_unpaged + bound / 8); };
+        if (bound == 0 || resident() <= high())
             return;
         const std::lock_guard lock(m_mutex);
-        if (resident() <= high) // another thread was here
+        if (resident() <= high()) // another thread was here
             return;
-        give_back([&] { return resident() <= low; });
-        if (resident() > high && Clock::now() > m_next_trim) { // what was freed, and the heap keeps
-            malloc_trim(0);
-            m_next_trim = Clock::now() + 1s;
-        }
+        if (Clock::now() > m_next_measure)
+            m_unpaged = 0; // it may have become less
+        give_back([&] { return resident() <= low(); });
+        if (resident() <= low())
+            return;
+        malloc_trim(0); // what was freed, and the heap keeps
+        m_unpaged = resident();
+        m_next_measure = Clock::now() + 1s;
     }
     bool release(void* p) {
         if (!m_any)
@@ -241,8 +247,9 @@ class Pager {
     std::atomic<uint64_t> m_bound{0};
     std::atomic<bool> m_any{false};
     std::map<char*, Region> m_regions;
-    char* m_hand = nullptr; // of the clock
-    Clock::time_point m_next_trim{};
+    char* m_hand = nullptr;             // of the clock
+    std::atomic<uint64_t> m_unpaged{0}; // what was resident with all pages given back; 0 = little
+    Clock::time_point m_next_measure{};
     Counts m_counts;
     std::jthread m_thread;
 };

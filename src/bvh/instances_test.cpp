@@ -241,4 +241,54 @@ TEST(Instances, TakeFewBytes) {
     EXPECT_LT(double(Scene(shapes.store, groups, {}).bytes() - child) / Count, 52);
 }
 
+// A group that is more than a page may hold takes several, on one lattice: the same hits to the bit, alone
+// and in instances beside others.
+TEST(Instances, AGroupInSeveralPages) {
+    std::mt19937 g(11);
+    std::vector<Transform> all;
+    for (int i = 0; i < 40; i++)
+        all.push_back(random_transform(g, 3, 0.4));
+    const auto transforms = flatten(all);
+    std::vector<std::vector<Hit>> found;
+    const auto rays = random_rays(6000, 4, 12);
+    for (const bool instanced : {false, true})
+        for (const uint64_t page_bytes : {~uint64_t(0), uint64_t(4000), uint64_t(1)}) {
+            Shapes shapes;
+            for (int i = 0; i < 5; i++) {
+                std::vector<Vec3f> points = patch();
+                for (Vec3f& p : points)
+                    p += Vec3f(0.3f * float(i), 0.1f * float(i * i), -0.2f * float(i));
+                if (i == 2)
+                    shapes.add_mesh(3, points, {0, 1, 7, 8, 7, 1});
+                else
+                    shapes.add_grid(6, 6, points);
+            }
+            std::vector<GroupDesc> groups(2);
+            groups[instanced ? 0 : 1].shapes.push_back({0, 5});
+            if (instanced)
+                groups[1].instances.push_back({0, transforms});
+            const Scene scene(shapes.store, groups, {.pages_from = 0, .page_bytes = page_bytes});
+            found.push_back(intersect<8>(scene, rays));
+        }
+    int hits = 0;
+    for (size_t i = 0; i < rays.size(); i++)
+        for (const size_t first : {size_t(0), size_t(3)})
+            for (const size_t other : {first + 1, first + 2}) {
+                const Hit &a = found[first][i], &b = found[other][i];
+                ASSERT_EQ(a.hit, b.hit) << i;
+                if (!a.hit)
+                    continue;
+                hits++;
+                ASSERT_EQ(a.t, b.t) << i;
+                ASSERT_EQ(a.u, b.u) << i;
+                ASSERT_EQ(a.v, b.v) << i;
+                ASSERT_EQ(a.shape, b.shape) << i;
+                ASSERT_EQ(a.prim, b.prim) << i;
+                ASSERT_EQ(a.instanced, b.instanced) << i;
+                for (size_t m = 0; a.instanced && m < 12; m++)
+                    ASSERT_EQ(a.world_from_shape[m], b.world_from_shape[m]) << i;
+            }
+    EXPECT_GT(hits, 1000);
+}
+
 } // namespace kanuka::bvh

@@ -30,7 +30,7 @@ class RunLength {
     void note(uint64_t bytes) { m_bytes += bytes; }
 
   private:
-    static constexpr size_t Least = 4, Most = 256;
+    static constexpr size_t Least = 1, Most = 256;
     uint64_t m_budget, m_bytes = 0; // of the run under way
     size_t m_length;
 };
