@@ -44,6 +44,8 @@ def all_goals(results: Results) -> list[Goal]:
         tolerance,
         wavelengths,
         store,
+        oracle,
+        budgets,
         ingest,
     ):
         found += each(results)
@@ -166,6 +168,26 @@ def wavelengths(results: Results) -> Iterator[Goal]:
     for scene, w in results.of("wavelengths"):
         cost = intervals.of_ratio(w["rounds"]["four_s"], w["rounds"]["three_s"])
         yield Goal(f"{scene}: four wavelengths over three colours", "≤ 1.35×", times(cost), cost.below(1.35))
+
+
+def oracle(results: Results) -> Iterator[Goal]:
+    for _, f in results.of("oracle"):
+        yield Goal(
+            "a street, by an oracle: micropolygons, shaded at their vertices",
+            "≤ 0.5×",
+            f"{f['ratio']:.2f}×",
+            yes(f["ratio"] <= 0.5),
+        )
+        same = f["agreement"]
+        measured = f"z {same['rms_z']:.2f} r.m.s., means {same['mean_error']:.2%} apart"
+        yield Goal("a street, by an oracle: picture", "no structure", measured, yes(not same["structure"]))
+
+
+def budgets(results: Results) -> Iterator[Goal]:
+    for _, f in results.of("budgets"):
+        yield Goal(
+            "budgets of memory: pictures", "the same bits", "the same" if f["same"] else "others", yes(f["same"])
+        )
 
 
 def ingest(results: Results) -> Iterator[Goal]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import agreement
+import budgets
 import compiler
 import delayed
 import dicing
@@ -17,6 +18,7 @@ import isles
 import lanes
 import lights
 import networks
+import oracles
 import ourselves
 import rib
 import shots
@@ -85,6 +87,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     made += [
         Part("isles", scene, about(isles.measure, scene), 300, scene in ("motu", "nested")) for scene in isles.SCENES
     ]
+    made += [Part("oracle", "", oracles.measure, 60), Part("budgets", "", budgets.measure, 240)]
     made += [Part("ingest", scene, about(ingest.measure, scene), 60) for scene in ingest.SCENES]
     made += [Part("store", scene, about(storing.measure, scene), 60, scene == "shading") for scene in storing.SCENES]
     made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]

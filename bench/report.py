@@ -59,6 +59,16 @@ HEADINGS = {
         "Shots",
         "A slow camera in a scene that stands still: all frames until rays can be traced, reading left out.",
     ),
+    "oracle": (
+        "The dicing oracle",
+        "A street, and what stands behind its houses. Until rays can be traced, reading left out; the record serves "
+        "all renders.",
+    ),
+    "budgets": (
+        "Budgets of memory",
+        "Geometry and hierarchy within a part of what they take, each render a process of its own. Peak: above what "
+        "the process has before it renders. The system keeps what was given back as long as it has room.",
+    ),
     "isles": (
         "Instances upon instances",
         "1024 × 429 pixels, five bounces. Read and the first picture are from the start; bytes an instance are the "

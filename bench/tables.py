@@ -341,6 +341,54 @@ def shots(results: Results) -> str:
     return table(["", "frames", "one by one", "together", ""], rows)
 
 
+def oracle(results: Results) -> str:
+    rows = []
+    for _, f in results.of("oracle"):
+        same = f["agreement"]
+        rows.append(
+            [
+                f"{f['seen']} of {f['primitives']}",
+                show("_s", f["record_s"]),
+                f"{f['micropolygons']['without']:,}",
+                f"{f['micropolygons']['with']:,}",
+                f"{f['ratio']:.2f}×",
+                times(intervals.Interval(**f["time"])),
+                f"{same['rms_z']:.2f} ({same['rms_limit']:.2f})",
+                f"{same['mean_error']:.2%}",
+            ]
+        )
+    head = [
+        "primitives seen",
+        "record",
+        "vertices shaded",
+        "by the oracle",
+        "",
+        "time",
+        "z r.m.s. (limit)",
+        "means apart",
+    ]
+    return table(head, rows)
+
+
+def budgets(results: Results) -> str:
+    rows = []
+    for _, f in results.of("budgets"):
+        for name, b in f["budgets"].items():
+            rows.append(
+                [
+                    name,
+                    show("_bytes", b["budget_bytes"]),
+                    show("_s", b["build_s"]),
+                    times(intervals.Interval(**b["build_s_ratio"])),
+                    show("_s", b["render_s"]),
+                    times(intervals.Interval(**b["render_s_ratio"])),
+                    show("_bytes", b["peak_bytes"]),
+                ]
+            )
+    head = ["of the geometry", "budget", "build", "over none", "4 samples", "over none", "peak"]
+    return table(head, rows)
+
+
 def store(results: Results) -> str:
     rows = []
     for scene, f in results.of("store"):
@@ -409,6 +457,8 @@ TABLES: dict[str, Callable[[Results], str]] = {
         edits,
         shots,
         store,
+        oracle,
+        budgets,
         isles,
         ingest,
         taken,

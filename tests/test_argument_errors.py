@@ -139,6 +139,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "published_metadata": (kanuka.published_metadata, {"path": "plain.slo"}),
     "read": (kanuka.read, {"path": "a.exr"}),
     "render": (kanuka.render, {"scene": kanuka.Scene()}),
+    "write_oracle": (kanuka.write_oracle, {"scene": kanuka.Scene(), "path": "scene.oracle"}),
     "shader_cache_clear": (kanuka.shader_cache_clear, {}),
     "shader_cache_entries": (kanuka.shader_cache_entries, {}),
     "shader_cache_trim": (kanuka.shader_cache_trim, {}),

@@ -119,6 +119,7 @@ def test_options_of_the_command_are_those_of_render() -> None:
         "stats",
         "checkpoint",
         "checkpoint_every",
+        "write_oracle",
         "fireflies",
         "quiet",
         *("camera", "product", "variant", "prim", "purpose"),  # of stages

@@ -79,6 +79,7 @@ from ._native import (
     texture_cache_folder,
     texture_cache_limit,
     texture_cache_prune,
+    write_oracle,
     z_test,
 )
 from .messages import Warning
@@ -155,6 +156,7 @@ __all__ = [
     "texture_cache_folder",
     "texture_cache_limit",
     "texture_cache_prune",
+    "write_oracle",
     "z_test",
 ]
 

@@ -11,7 +11,14 @@ constexpr float LeastForeshortening = 1.0f / 8;
 constexpr float OffscreenGrowth = 8, OffscreenSlope = 5;
 constexpr float Worthwhile = 4; // cells: lines of fewer are not cut for being uneven
 
-Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate) {
+Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate)
+    : m_field(target.field) {
+    if (m_field)
+        try {
+            m_object_from_page = target.page_from_object.inverse();
+        } catch (const Error&) {
+            m_field = nullptr; // flattened
+        }
     const DicingCamera& camera = options.camera;
     const float rate = std::max(1e-4f, shading_rate * options.shading_rate_scale);
     m_most = options.max_micropolygons;
@@ -123,14 +130,18 @@ float Density::pixels_from(const Pose& pose, const Vec3f& p, float& beyond) cons
 
 float Density::pixels_per_unit(const Vec3f& p) const {
     if (m_uniform > 0)
-        return m_uniform;
+        return m_uniform * factor(p);
     float most = 0, beyond;
     for (const Pose& pose : m_poses)
         most = std::max(most, pixels_from(pose, p, beyond));
-    return most * std::max(1.0f, m_stretch);
+    return most * std::max(1.0f, m_stretch) * factor(p);
 }
 
 float Density::cells(const Vec3f& a, const Vec3f& b) const {
+    return cells_asked(a, b) * factor((a + b) * 0.5f);
+}
+
+float Density::cells_asked(const Vec3f& a, const Vec3f& b) const {
     if (m_uniform > 0)
         return length(b - a) * m_uniform * m_cells_per_pixel;
     float most = 0;
@@ -140,6 +151,11 @@ float Density::cells(const Vec3f& a, const Vec3f& b) const {
 }
 
 void Density::cells(const Vec3f* points, int count, float* out) const {
+    if (m_field) {
+        for (int i = 0; i + 1 < count; i++)
+            out[i] = cells(points[i], points[i + 1]);
+        return;
+    }
     if (m_uniform > 0) {
         for (int i = 0; i + 1 < count; i++)
             out[i] = length(points[i + 1] - points[i]) * m_uniform * m_cells_per_pixel;
@@ -177,7 +193,7 @@ float Density::cells_between(const Vec3f& qa, const Vec3f& qb) const {
 
 void Density::cells(const float* a, const float* b, int stride, int count, float* out) const {
     const auto at = [&](const float* p, int i) { return Vec3f{p[i], p[i + stride], p[i + 2 * stride]}; };
-    if (m_uniform > 0 || m_projection != Projection::Perspective || m_poses.size() != 1) {
+    if (m_field || m_uniform > 0 || m_projection != Projection::Perspective || m_poses.size() != 1) {
         for (int i = 0; i < count; i++)
             out[i] = cells(at(a, i), at(b, i));
         return;
@@ -195,9 +211,9 @@ void Density::cells(const float* a, const float* b, int stride, int count, float
 
 float Density::area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
     const Vec3f n = cross(b - a, c - a), p = (a + b + c) * (1.0f / 3);
-    const float full = 0.5f * length(n);
+    const float full = 0.5f * length(n), cells_per_pixel = m_cells_per_pixel * factor(p);
     if (m_uniform > 0)
-        return full * m_uniform * m_uniform * m_cells_per_pixel * m_cells_per_pixel;
+        return full * m_uniform * m_uniform * cells_per_pixel * cells_per_pixel;
     float most = 0;
     for (const Pose& pose : m_poses) {
         float beyond;
@@ -207,7 +223,7 @@ float Density::area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
         const float seen = std::max(facing, full * std::min(1.0f, LeastForeshortening + beyond));
         most = std::max(most, seen * pixels * pixels * m_stretch);
     }
-    return most * m_cells_per_pixel * m_cells_per_pixel;
+    return most * cells_per_pixel * cells_per_pixel;
 }
 
 Vec3f Density::towards(const Pose& pose, const Vec3f& p) const {

@@ -15,7 +15,8 @@ class Density final : public geom::Viewpoint {
     float pixels_per_unit(const Vec3f& p) const override;
     bool has_camera() const override { return !m_instanced; }
     double most_vertices() const override { return m_most; }
-    // Micropolygon edges that fit between two near points; foreshortened as the camera sees them.
+    // Micropolygon edges that fit between two near points; foreshortened as the camera sees them, and as an
+    // oracle wants them (DiceTarget::field).
     float cells(const Vec3f& a, const Vec3f& b) const override;
     // The same from each of a line's points to the next: count - 1 values. At most MostPoints.
     static constexpr int MostPoints = 16;
@@ -44,11 +45,16 @@ class Density final : public geom::Viewpoint {
     // The same for a unit of the page's space, with that.
     float pixels_from(const Pose& pose, const Vec3f& p, float& beyond) const;
     float perspective_at(const Vec3f& camera_point, float& beyond) const;
+    float cells_asked(const Vec3f& a, const Vec3f& b) const; // without the oracle
     template <class PixelsAt>
     float cells_between(const Vec3f& a, const Vec3f& b, PixelsAt pixels_at) const;
     float cells_between(const Vec3f& a, const Vec3f& b) const; // points of the camera's
     Vec3f towards(const Pose& pose, const Vec3f& p) const;
 
+    float factor(const Vec3f& p) const { return m_field ? m_field->at(m_object_from_page.point(p)) : 1; }
+
+    const DensityField* m_field;
+    Transform m_object_from_page; // where there is a field
     float m_uniform = 0, m_cells_per_pixel = 1, m_chord_pixels = 0.25f;
     float m_stretch = 1; // of camera space along y, after which pixels are square
     double m_most;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "dice/density_field.h"
 #include "grid/grid.h"
 #include "grid/trimmed.h"
 #include "scene/scene.h"
@@ -98,6 +99,7 @@ struct DiceTarget {
     bool shines_along_normals = false; // emitters whose facets show: their light goes by the angle to them
     bool polygons = false;             // curves, too: emitters are triangles
     float finer = 1; // how many times as many cells a side as its size in the picture asks for
+    const DensityField* field = nullptr; // factors of that, place by place; null = 1 everywhere
     // A primitive that moves as a whole: more places to see it from, as DicingCamera has them.
     std::vector<Transform> also_from = {};
     // A primitive that changes its shape: what it is at further steps, evenly through the time that the

@@ -84,6 +84,11 @@ constexpr Keyword<RenderRequest> OwnKeywords[] = {
     {"store_size", "str | None", "None", "as 500M or 20G",
      "of the folder: what was not used for longest goes; None = KANUKA_STORE_SIZE, else 20G",
      [](RenderRequest& r, nb::handle value, const char* name) { r.store_size = size_of(value, name); }},
+    {"oracle", "str | os.PathLike | None", "None", "",
+     "file of write_oracle(): dices less where no ray looks closely, and finer where something magnifies",
+     [](RenderRequest& r, nb::handle value, const char* name) {
+         r.oracle = value.is_none() ? "" : argument<std::filesystem::path>(value, name).string();
+     }},
     {"memory", "str | None", "None", "as 500M or 4G",
      "most of the memory that geometry may take: the rest waits on a disk (KANUKA_SCRATCH, TMPDIR), and "
      "comes where it "

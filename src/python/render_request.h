@@ -9,7 +9,7 @@ namespace kanuka::python {
 struct RenderRequest {
     render::Overrides overrides;
     std::optional<std::filesystem::path> store; // none = the environment's
-    std::string store_mode, store_size, memory;
+    std::string store_mode, store_size, memory, oracle;
     nb::object progress = nb::none();
     std::shared_ptr<Journal> journal;
     std::vector<Camera> shot;

@@ -32,9 +32,10 @@ class Reading {
 class Session {
   public:
     Session(std::shared_ptr<Scene> scene, render::Session::Keep keep, std::optional<uint64_t> page_memory,
-            const char* call, const nb::kwargs& keywords)
+            const char* call, const nb::kwargs& keywords, bool records_oracle = false)
         : m_scene(std::move(scene)), m_page_memory(page_memory), m_call(call), m_keywords(keywords) {
-        const RenderRequest request = take(m_keywords);
+        RenderRequest request = take(m_keywords);
+        request.overrides.records_oracle = records_oracle;
         m_messages.emplace(request.journal);
         Journal& journal = *m_messages->journal;
         m_session =
@@ -140,6 +141,9 @@ class Session {
         return picture;
     }
 
+    render::Session::Recorded save_oracle(const std::filesystem::path& path) const {
+        return m_session->save_oracle(path.string());
+    }
     int progressions() const { return m_session->progressions(); }
     int wanted() const { return m_session->wanted(); }
     bool prepared() const { return m_session->prepared(); }
@@ -155,6 +159,7 @@ class Session {
         overrides.page_memory = m_page_memory;
         overrides.store = request.store_settings();
         overrides.memory_budget = request.memory_budget();
+        overrides.oracle = request.oracle;
         m_scene->scene.options = m_scene->options; // Python may write its own while the picture is made
         scene::Options options = m_scene->options;
         overrides.options.apply(options);
@@ -244,6 +249,30 @@ Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     return picture;
 }
 
+// A few paths a pixel in coarse geometry tell where rays go.
+nb::dict write_oracle(std::shared_ptr<Scene> scene, const std::filesystem::path& path,
+                      const nb::kwargs& given) {
+    check_idle(*scene);
+    nb::kwargs keywords = nb::borrow<nb::kwargs>(nb::handle(given).attr("copy")());
+    const auto otherwise = [&](const char* name, nb::object value) {
+        if (!keywords.contains(name) || nb::handle(keywords[name]).is_none())
+            keywords[name] = value;
+    };
+    otherwise("progressions", nb::int_(4));
+    otherwise("shading_rate", nb::float_(16));
+    keywords["integrator"] = "footprints";
+    RenderRequest of_call;
+    take_keywords(of_call, render_keywords(), "write_oracle", keywords);
+    Session session(std::move(scene), render::Session::Keep::Nothing, std::nullopt, "write_oracle", keywords,
+                    true);
+    session.whole_picture(of_call.progress);
+    const render::Session::Recorded recorded = session.save_oracle(path);
+    nb::dict found;
+    found["primitives"] = recorded.primitives;
+    found["seen"] = recorded.seen;
+    return found;
+}
+
 nb::dict kept_of(const Session& session) {
     const Stats::Count& count = session.stats().count;
     nb::dict kept;
@@ -265,12 +294,23 @@ void bind_session(nb::module_& m) {
                 keyword_doc(render_keywords()) +
                 "\n\nCtrl-C stops early and returns what is there, with `cancelled` set. What is missing or "
                 "replaced is a kanuka.Warning,\nand in the picture's journal.",
+        sig_of_oracle =
+            "def write_oracle(scene: Scene, path: str | os.PathLike, *" + arguments + ") -> dict[str, int]",
         sig_of_session =
             "def __init__(self, scene: Scene, *, keep_pages: bool = True, page_memory: float | None = None" +
             arguments + ") -> None",
         sig_of_update = "def update(self, scene: Scene | None = None, *" + arguments + ") -> None";
     define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
 
+    define(m, "write_oracle", &write_oracle, nb::arg("scene"), nb::arg("path"), nb::arg("keywords"),
+           nb::sig(sig_of_oracle.c_str()),
+           "Records how finely each part of each primitive is looked at: by the camera, in mirrors and "
+           "through glass, by "
+           "bounces and\nin shadows. render(oracle=path) dices by that. Takes the arguments of render(); "
+           "where they are not "
+           "given, progressions\nare 4 and shading_rate is 16. What moves is not recorded. Returns how many "
+           "'primitives' there "
+           "are, and how many were 'seen'.");
     define(
         m, "check_layer", [](const std::string& text) { check_layer(text, "text"); }, nb::arg("text"),
         "Raises ValueError if `text` is a light path expression that cannot be read, with the column, what "

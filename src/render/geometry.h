@@ -11,6 +11,7 @@
 #include "dice/dice.h"
 #include "render/camera.h"
 #include "render/linking.h"
+#include "render/oracle.h"
 #include "render/page_cache.h"
 #include "scene/scene.h"
 #include "shade/shade.h"
@@ -47,11 +48,12 @@ struct GeometryRequest {
     std::vector<bvh::Scene::Plane> clips; // in render space
     uint64_t memory;                      // that there is
     size_t store_window = store::Store::LargestWindow;
-    bool classic = false;             // surfaces light nothing, but for area lights
-    PageCache* pages = nullptr;       // what was made before; null = nothing is kept
-    store::DiskStore* disk = nullptr; // with `pages`; null = none
-    uint64_t memory_budget = 0;       // that pages come and go within; 0 = none
-    Digest setting = {};              // of what all materials depend on; for keys of pages
+    bool classic = false;                 // surfaces light nothing, but for area lights
+    PageCache* pages = nullptr;           // what was made before; null = nothing is kept
+    store::DiskStore* disk = nullptr;     // with `pages`; null = none
+    const DicingOracle* oracle = nullptr; // null = the camera alone says how finely
+    uint64_t memory_budget = 0;           // that pages come and go within; 0 = none
+    Digest setting = {};                  // of what all materials depend on; for keys of pages
 };
 
 // Thread count changes nothing in what is built.

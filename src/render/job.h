@@ -30,6 +30,7 @@ struct Job {
     size_t store_window;
     uint64_t pages_from;
     store::DiskStore::Settings store; // no folder = none
+    std::string oracle;               // file; empty = none
     float shading_rate;
     bool may_face; // nobody chose an integrator
     transport::IntegratorChoice integrator;

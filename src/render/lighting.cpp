@@ -100,6 +100,7 @@ void Lighting::refresh() {
     m_inputs.instanced = geometry.instanced;
     m_inputs.moving = geometry.moving;
     m_data = transport::SceneData(m_inputs, m_job.journal);
+    m_data.view.settings.footprints = m_footprints;
     if (m_world.shading().has_air() && !m_data.view.media.airs.empty())
         m_air = make_air(m_world.shading(), m_world.bvh(), m_linked_lamps, m_data.view, m_inputs.lights);
     m_data.view.media.air = m_air.get();

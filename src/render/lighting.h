@@ -14,6 +14,8 @@ class Lighting {
   public:
     Lighting(Job& job, World& world) : m_job(job), m_world(world) {}
 
+    // Before build(). `log`: for all kernels; null = nobody asks.
+    void log_footprints(transport::FootprintLog* log) { m_footprints = log; }
     void build();
     // The geometry has grown.
     void refresh();
@@ -30,6 +32,7 @@ class Lighting {
     Job& m_job;
     World& m_world;
     transport::SceneInputs m_inputs;
+    transport::FootprintLog* m_footprints = nullptr;
     std::unique_ptr<film::Filter> m_filter;
     std::vector<float> m_shutter_quantiles; // empty = open all the time
     std::unique_ptr<grid::Air> m_air;       // null = there is none

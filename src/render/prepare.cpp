@@ -92,7 +92,11 @@ void Preparer::make(const scene::Primitive& declared, const Transform& parent_fr
     if (volume)
         fill(rest, *volume, parent_from_object, frame, instanced || !moving.places.empty(), boundary, out);
     const shade::Material& material = *out.material;
-    const dice::DiceTarget target = target_of(primitive, material, frame, instanced != nullptr, moving.later);
+    dice::DiceTarget target = target_of(primitive, material, frame, instanced != nullptr, moving.later);
+    // Lamps are sampled, and what moves is not recorded.
+    if (m_request.oracle && !declared.motion && !material.program().emits())
+        out.field = m_request.oracle->field(declared);
+    target.field = out.field.get();
     if (m_request.pages)
         out.content = key_of(declared, material, frame, target, inside_out);
     if (!m_request.pages || !(take_kept(out) || take_stored(out))) {

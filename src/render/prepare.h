@@ -24,11 +24,12 @@ struct Prepared {
     // A primitive that moves as a whole is a group of its own: what it is when the shutter opens, in its
     // place in the parent's space then, and from there to where it goes.
     std::vector<MotionPath> path;
-    bool changes = false;                 // its shape
-    Thickness inside;                     // of a Volume
-    std::array<double, 3> offset{};       // PageFrame::offset
-    Digest key;                           // of the page, where GeometryRequest::pages are kept
-    Digest content;                       // and that without what shaders read of where it stands
+    bool changes = false;                            // its shape
+    Thickness inside;                                // of a Volume
+    std::array<double, 3> offset{};                  // PageFrame::offset
+    std::unique_ptr<const dice::DensityField> field; // of an oracle
+    Digest key;                                      // of the page, where GeometryRequest::pages are kept
+    Digest content;                                  // and that without what shaders read of where it stands
     std::optional<PageCache::Entry> made; // to be kept: in its own space; none = it was kept already
     bool is_evicted = false;              // it was kept once, and found no room
     bool is_stored = false;               // it came from the disk

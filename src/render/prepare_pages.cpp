@@ -138,6 +138,8 @@ Digest Preparer::key_of(const scene::Primitive& declared, const shade::Material&
     scene::put_shape(d, declared);
     d(key_of(declared.attributes.get()), material.hash(), frame.page_from_object, frame.cameras, frame.border,
       target.pixels_per_unit, target.finer, target.instead_from.empty(), inside_out);
+    if (target.field)
+        d(target.field->lower, target.field->per_unit, std::span<const float>(target.field->factor));
     return d.digest();
 }
 

@@ -37,6 +37,7 @@ Job job_of(const scene::Scene& scene, const Overrides& o, Journal& journal, Stat
             .store_window = o.store_window,
             .pages_from = o.pages_from,
             .store = o.store ? *o.store : store::store_settings_of_environment(),
+            .oracle = o.oracle,
             .shading_rate = o.shading_rate.value_or(1.0f),
             .may_face = !o.options.has("integrator") && scene.options.integrator == "path" &&
                         !scene.file.empty() && !o.delayed,
@@ -85,7 +86,7 @@ void tell_of_darkness(const film::Picture& picture, bool has_lights, const Job& 
 // One making of the scene: what it became, and the samples of it.
 struct Making {
     Making(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats, Kept* kept)
-        : job(job_of(scene, o, journal, stats)),
+        : records_oracle(o.records_oracle), job(job_of(scene, o, journal, stats)),
           window(crop_window(job.options.crop, job.options.width, job.options.height)) {
         refuse_what_cannot_fit(window, job.aovs.count(), job.memory);
         world.emplace(job, kept);
@@ -97,6 +98,8 @@ struct Making {
         Journal unheard; // what is not read yet may have them
         job.aovs.find(world->geometry().store.programs(), job.scene.file,
                       world->on_demand() ? unheard : job.journal);
+        if (records_oracle)
+            lighting->log_footprints((recorder = world->recorder()).get());
         lighting->build();
         tracing.emplace(job, *world, *lighting, window);
     }
@@ -133,8 +136,10 @@ struct Making {
         return picture;
     }
 
+    bool records_oracle;
     Job job;
     Window window;
+    std::unique_ptr<OracleRecorder> recorder; // null = nothing is recorded
     std::optional<World> world;
     std::optional<Lighting> lighting;
     std::optional<Tracing> tracing; // none = it is not built
@@ -215,6 +220,14 @@ class Session::Impl {
     void resume(const std::string& path, const Progress& progress) {
         if (prepare(progress))
             load_checkpoint(path, key(), making().tracing->gathered());
+    }
+
+    Recorded save_oracle(const std::string& path) const {
+        if (!making().recorder)
+            throw Error("this session has recorded no oracle");
+        const DicingOracle oracle = making().recorder->result();
+        oracle.save(path);
+        return {oracle.primitives(), oracle.seen()};
     }
 
     void close_statistics() {
@@ -313,6 +326,9 @@ void Session::save(const std::string& path) {
 }
 void Session::resume(const std::string& path, const Progress& progress) {
     m->resume(path, progress);
+}
+Session::Recorded Session::save_oracle(const std::string& path) const {
+    return m->save_oracle(path);
 }
 void Session::close_statistics() {
     m->close_statistics();

@@ -34,6 +34,8 @@ struct Overrides {
         page_memory; // bytes of pages that are kept for update(); unset = a quarter of that
     std::optional<store::DiskStore::Settings> store;      // unset = the environment's; no folder = none
     std::optional<MemoryBudget> memory_budget;            // unset = the environment's
+    std::string oracle;                                   // file of a dicing oracle; empty = none
+    bool records_oracle = false;                          // for Session::save_oracle()
     size_t store_window = store::Store::LargestWindow;    // words; less, for tests of what lies beyond
     uint64_t pages_from = bvh::Scene::Build().pages_from; // cells; less, for tests of small scenes
 };
@@ -78,6 +80,13 @@ class Session {
     // how many there are to be. Throw Error; resume() then changed nothing.
     void save(const std::string& path);
     void resume(const std::string& path, const Progress& progress);
+
+    // What rays have looked at so far: a dicing oracle, where Overrides::records_oracle and the integrator is
+    // "footprints". Throws Error.
+    struct Recorded {
+        size_t primitives, seen;
+    };
+    Recorded save_oracle(const std::string& path) const;
 
     void close_statistics();
 

@@ -107,6 +107,8 @@ void World::drop_what_leaves_no_room() {
 
 void World::build() {
     prepare_color();
+    if (!m_job.oracle.empty())
+        m_oracle = DicingOracle::load(m_job.oracle);
     m_kept->pages.set_budget(m_job.page_memory);
     drop_what_leaves_no_room();
     if (!m_job.store.folder.empty()) // what others have stored meanwhile is found
@@ -174,6 +176,7 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
                             m_job.store_window,
                             m_classic};
     request.memory_budget = m_job.memory_budget.bytes;
+    request.oracle = m_oracle ? &*m_oracle : nullptr;
     if (m_has_keys) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;
@@ -182,6 +185,12 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
                                     o.array_room, m_job.aovs.names());
     }
     return request;
+}
+
+std::unique_ptr<OracleRecorder> World::recorder() const {
+    dice::DiceOptions options = m_dice; // as fine as pictures are, whatever this one is
+    options.shading_rate_scale = 1;
+    return std::make_unique<OracleRecorder>(m_job.scene, m_camera.render_from_world, options);
 }
 
 // ---- the hierarchy

@@ -36,6 +36,8 @@ class World {
     const Linking& linking() const { return *m_linking; }
     const Geometry& geometry() const { return *m_geometry; }
     const bvh::Scene& bvh() const { return *m_bvh; }
+    // To record footprints of this world's primitives.
+    std::unique_ptr<OracleRecorder> recorder() const;
     const OnDemand* on_demand() const { return m_on_demand.get(); }
     bool classic() const { return m_classic; } // scene::Options::transport, decided
     Bounds3f bounds() const;                   // in world space
@@ -67,6 +69,7 @@ class World {
     std::unique_ptr<Linking> m_linking;
     std::vector<bvh::Scene::Plane> m_clips;
     std::unique_ptr<store::DiskStore> m_disk;
+    std::optional<DicingOracle> m_oracle;
     std::unique_ptr<Geometry> m_geometry;
     std::unique_ptr<OnDemand> m_on_demand;
     std::unique_ptr<bvh::Scene> m_bvh;

@@ -16,6 +16,8 @@
 
 namespace kanuka::transport {
 
+class FootprintLog;
+
 inline constexpr float Unclamped = std::numeric_limits<float>::infinity();
 
 // Between RGB, spectra and the sensor.
@@ -44,6 +46,7 @@ struct SettingsView {
     // Channels of the output variables that displays ask for, three to each; which of them count as colours
     // (filtered with the picture) and not as data (a mean over what was hit).
     std::span<const uint8_t> aov_is_color;
+    FootprintLog* footprints = nullptr;           // null = nobody asks for them
     const PathExpressions* expressions = nullptr; // their channels are the last of those; null = none
 };
 

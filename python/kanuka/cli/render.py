@@ -101,6 +101,19 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="output parameter of surface shaders, variable of primitives, or a light path expression as "
         "'lpe:C<RD>L', added to the EXR as a layer; repeatable",
     )
+    picture.add_argument(
+        "--oracle",
+        type=Path,
+        metavar="FILE",
+        help="dice by what --write-oracle found: less where no ray looks closely, finer where something magnifies",
+    )
+    picture.add_argument(
+        "--write-oracle",
+        type=Path,
+        metavar="FILE",
+        help="render no picture: record how finely each part of each primitive is looked at, by a few paths a pixel in "
+        "coarse geometry (--progressions 4 and --shading-rate 16, if they are not given)",
+    )
     machine = parser.add_argument_group("machine", "these do not change the picture")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all cores")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
@@ -108,9 +121,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--memory",
         type=size,
         metavar="SIZE",
-        help="the most that geometry may take of the memory, as 500M or 4G: the rest waits in a folder (KANUKA_SCRATCH, "
-        "TMPDIR, /var/tmp) and comes where it is needed, and vertices lie on a lattice (a thirty-second of a micropolygon off at most); "
-        "default: KANUKA_MEMORY, else no bound",
+        help="the most that geometry may take of the memory, as 500M or 4G: the rest waits in a folder "
+        "(KANUKA_SCRATCH, TMPDIR, /var/tmp) and comes where it is needed, and vertices lie on a lattice (a "
+        "thirty-second of a micropolygon off at most); default: KANUKA_MEMORY, else no bound",
     )
     machine.add_argument(
         "--store",
@@ -244,9 +257,12 @@ def render(
         "store": arguments.store,
         "store_mode": arguments.store_mode,
         "store_size": None if arguments.store_size is None else str(arguments.store_size),
+        "oracle": arguments.oracle,
         "memory": None if arguments.memory is None else str(arguments.memory),
         "journal": scene.journal,
     }
+    if arguments.write_oracle:
+        return write_oracle(scene, options, frame.file(arguments.write_oracle), arguments, bar, printer)
     if arguments.checkpoint:
         picture = checkpointed(scene, options, frame.file(arguments.checkpoint), arguments, bar)
     elif shot:
@@ -323,6 +339,23 @@ def checkpointed(
         session.save(file)
         say(f"stopped; the samples so far are in {file}: the same command goes on from there")
     return session.picture()
+
+
+def write_oracle(
+    scene: kanuka.Scene,
+    options: dict[str, object],
+    file: Path,
+    arguments: argparse.Namespace,
+    bar: ProgressBar,
+    printer: messages.Printer,
+) -> int:
+    found = kanuka.write_oracle(scene, file, progress=bar.update, **options)
+    bar.finish()
+    printer.flush()
+    if not arguments.quiet:
+        print(f"{found['seen']} of {found['primitives']} primitives are seen", file=sys.stderr)
+    print(file)
+    return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
 
 
 def options_of(arguments: argparse.Namespace, frame: frames.Frame) -> dict[str, object]:
