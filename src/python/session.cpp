@@ -260,9 +260,11 @@ nb::dict write_oracle(std::shared_ptr<Scene> scene, const std::filesystem::path&
     };
     otherwise("progressions", nb::int_(4));
     otherwise("shading_rate", nb::float_(16));
-    keywords["integrator"] = "footprints";
     RenderRequest of_call;
     take_keywords(of_call, render_keywords(), "write_oracle", keywords);
+    if (keywords.contains("integrator") && !nb::handle(keywords["integrator"]).is_none())
+        throw nb::value_error("write_oracle: integrator: oracles are recorded by footprints");
+    keywords["integrator"] = "footprints";
     Session session(std::move(scene), render::Session::Keep::Nothing, std::nullopt, "write_oracle", keywords,
                     true);
     session.whole_picture(of_call.progress);
