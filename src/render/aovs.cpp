@@ -33,11 +33,11 @@ void Aovs::ask(const std::vector<scene::Display>& displays, const std::vector<st
 
 void Aovs::add(const std::string& name, const Location* display) {
     if (name == SampleCount) {
-        m_sample_count = true;
+        m_layers.sample_count = true;
         return;
     }
     const bool expression = name.starts_with(scene::ExpressionPrefix);
-    std::vector<std::string>& list = expression ? m_expressions : m_names;
+    std::vector<std::string>& list = expression ? m_layers.expressions : m_layers.names;
     const std::string text = expression ? name.substr(scene::ExpressionPrefix.size()) : name;
     if (std::ranges::find(list, text) != list.end())
         return;
@@ -61,15 +61,15 @@ void check_layer(const std::string& mode) {
 
 void Aovs::find(const std::vector<grid::LayeringProgram>& programs, const std::string& scene_file,
                 Journal& journal) {
-    m_kinds.assign(m_names.size(), {});
+    m_layers.kinds.assign(m_layers.names.size(), {});
     for (const grid::LayeringProgram& program : programs)
         for (const grid::Aov& aov : program.aovs)
-            if (Kind& kind = m_kinds[size_t(aov.index)]; kind.components == 0)
+            if (Layers::Kind& kind = m_layers.kinds[size_t(aov.index)]; kind.components == 0)
                 kind = {aov.components, aov.color};
-    for (size_t i = 0; i < m_names.size(); i++)
-        if (m_kinds[i].components == 0)
+    for (size_t i = 0; i < m_layers.names.size(); i++)
+        if (m_layers.kinds[i].components == 0)
             journal.warning({scene_file},
-                            "no surface shader has an output parameter \"" + m_names[i] +
+                            "no surface shader has an output parameter \"" + m_layers.names[i] +
                                 "\", and no primitive a variable of that name: the picture has no "
                                 "such layer. Layers that are always there: rgb, alpha, albedo, N, "
                                 "Z, P, id; and if asked for, Pref");
@@ -79,40 +79,40 @@ void Aovs::find(const std::vector<grid::LayeringProgram>& programs, const std::s
 
 std::vector<bool> Aovs::is_color() const {
     std::vector<bool> all;
-    for (const Kind& k : m_kinds)
+    for (const Layers::Kind& k : m_layers.kinds)
         all.insert(all.end(), 3, k.color);
-    all.insert(all.end(), 3 * m_expressions.size(), true);
+    all.insert(all.end(), 3 * m_layers.expressions.size(), true);
     return all;
 }
 
-size_t Aovs::add_channels(film::Picture& picture, size_t pixels) const {
+size_t Layers::add_channels(film::Picture& picture, size_t pixels) const {
     const size_t first = picture.channels.size();
-    for (size_t a = 0; a < m_kinds.size(); a++)
-        for (int c = 0; c < m_kinds[a].components; c++) {
-            const char* const suffix = m_kinds[a].components == 1 ? "" : m_kinds[a].color ? "RGB" : "XYZ";
-            const std::string name = m_names[a] + (*suffix ? std::string(".") + suffix[c] : "");
-            picture.channels.push_back({name, m_kinds[a].color, std::vector<float>(pixels)});
+    for (size_t a = 0; a < kinds.size(); a++)
+        for (int c = 0; c < kinds[a].components; c++) {
+            const char* const suffix = kinds[a].components == 1 ? "" : kinds[a].color ? "RGB" : "XYZ";
+            const std::string name = names[a] + (*suffix ? std::string(".") + suffix[c] : "");
+            picture.channels.push_back({name, kinds[a].color, std::vector<float>(pixels)});
         }
-    for (const std::string& text : m_expressions)
+    for (const std::string& text : expressions)
         for (const char c : {'R', 'G', 'B'})
             picture.channels.push_back(
                 {std::string(scene::ExpressionPrefix) + text + "." + c, true, std::vector<float>(pixels)});
-    if (m_sample_count)
+    if (sample_count)
         picture.channels.push_back({std::string(SampleCount), false, std::vector<float>(pixels)});
     return first;
 }
 
-void Aovs::put(film::Picture& picture, size_t channel, size_t pixel, const std::vector<float>& sums,
-               const Means& means) const {
-    const float* sum = sums.data() + pixel * 3 * count();
-    for (const Kind& kind : m_kinds) {
+void Layers::put(film::Picture& picture, size_t channel, size_t pixel, std::span<const float> sums,
+                 const Means& means) const {
+    const float* sum = sums.data();
+    for (const Kind& kind : kinds) {
         for (int c = 0; c < kind.components; c++)
             picture.channels[channel++].data[pixel] = sum[c] * (kind.color ? means.by_weight : means.by_hits);
         sum += 3;
     }
-    for (size_t k = 0; k < 3 * m_expressions.size(); k++)
+    for (size_t k = 0; k < 3 * expressions.size(); k++)
         picture.channels[channel++].data[pixel] = sum[k] * means.by_weight * means.exposure;
-    if (m_sample_count)
+    if (sample_count)
         picture.channels[channel].data[pixel] = means.samples;
 }
 

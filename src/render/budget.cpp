@@ -41,16 +41,17 @@ uint64_t peak_memory() {
     return 0;
 }
 
-void refuse_what_cannot_fit(const Window& window, size_t aovs, uint64_t memory) {
+void refuse_what_cannot_fit(const Window& window, size_t aovs, uint64_t memory, int sums) {
     constexpr uint64_t Layers = 20; // floats of the picture that is made of the sums
-    const uint64_t a_pixel =
-        sizeof(transport::PixelSums) + sizeof(float) * aovs + sizeof(float) * (Layers + aovs);
+    const uint64_t a_pixel = uint64_t(sums) * (sizeof(transport::PixelSums) + sizeof(float) * aovs) +
+                             sizeof(float) * (Layers + aovs);
     const uint64_t pixels = uint64_t(window.width()) * uint64_t(window.height()), bytes = pixels * a_pixel;
     if (bytes > memory)
         throw CannotFit("a picture of " + std::to_string(window.width()) + " by " +
                             std::to_string(window.height()) + " pixels takes " + gigabytes(bytes) +
                             " of memory, and there are " + gigabytes(memory) +
-                            ": render it in parts (crop windows), or smaller",
+                            ": render it in parts (crop windows" +
+                            (sums > 1 ? ", or fewer progressions)" : ")") + ", or smaller",
                         ExitCode::Usage);
 }
 

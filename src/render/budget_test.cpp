@@ -29,6 +29,14 @@ TEST(Budget, PicturesThatCannotFitAreRefusedWithTheFigure) {
         EXPECT_NE(what.find("30000 by 30000"), std::string::npos) << what;
         EXPECT_NE(what.find("there are 24.0 GB"), std::string::npos) << what;
     }
+    // Parts keep the sums of each of their blocks.
+    EXPECT_NO_THROW(refuse_what_cannot_fit({0, 0, 1920, 1080}, 0, 1 * Gigabyte, 3));
+    try {
+        refuse_what_cannot_fit({0, 0, 1920, 1080}, 0, 1 * Gigabyte, 5);
+        FAIL();
+    } catch (const Error& e) {
+        EXPECT_NE(std::string(e.what()).find("fewer progressions"), std::string::npos) << e.what();
+    }
     EXPECT_GT(machine_memory(), Gigabyte / 4);
 }
 

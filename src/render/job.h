@@ -21,6 +21,7 @@ struct Job {
     Journal& journal;
     Stats* stats;
     const Progress* progress; // of the call that is at work
+    std::optional<Part> part; // none = the whole picture
     int lanes;
     std::string standard_shaders;
     scene::Delayed* delayed;

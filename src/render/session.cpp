@@ -27,6 +27,7 @@ Job job_of(const scene::Scene& scene, const Overrides& o, Journal& journal, Stat
             .journal = journal,
             .stats = &stats,
             .progress = &silent,
+            .part = o.part,
             .lanes = o.lanes,
             .standard_shaders = o.standard_shaders,
             .delayed = o.delayed,
@@ -57,9 +58,24 @@ Job job_of(const scene::Scene& scene, const Overrides& o, Journal& journal, Stat
     if (options.width < 1 || options.height < 1 ||
         int64_t(options.width) * options.height > (int64_t(1) << 30))
         throw Error("the resolution must be at least 1x1 and at most 2^30 pixels", ExitCode::Usage);
+    if (job.part) {
+        if (options.adaptive > 0)
+            throw Error(
+                "a picture that is sampled adaptively has no parts: where pixels stop depends on all samples "
+                "before; set adaptive to 0",
+                ExitCode::Usage);
+        check_part(*job.part, options.samples);
+    }
     job.integrator = transport::IntegratorChoice::parse(options.integrator);
     job.aovs.ask(options.displays, o.aovs);
     return job;
+}
+
+// Blocks of progressions that a pixel has sums of at the end.
+int blocks_kept(const Job& job) {
+    if (job.part && job.part->first > 0)
+        return (job.part->count() + BlockSize - 1) / BlockSize;
+    return 1; // and for the buckets that are at work one more
 }
 
 // A black picture is a surprise: the likeliest reason, for who looks at nothing.
@@ -88,7 +104,7 @@ struct Making {
     Making(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats, Kept* kept)
         : records_oracle(o.records_oracle), job(job_of(scene, o, journal, stats)),
           window(crop_window(job.options.crop, job.options.width, job.options.height)) {
-        refuse_what_cannot_fit(window, job.aovs.count(), job.memory);
+        refuse_what_cannot_fit(window, job.aovs.count(), job.memory, blocks_kept(job));
         world.emplace(job, kept);
         lighting.emplace(job, *world);
     }
@@ -113,10 +129,22 @@ struct Making {
                          world->classic(), lighting->key());
     }
 
+    Development how() const {
+        Development how = development(job.options, world->camera(), world->color(), job.aovs,
+                                      lighting->view().camera.filter.weighted());
+        how.metadata = {{"kanuka.version", KANUKA_VERSION},
+                        {"kanuka.transport", world->classic() ? "classic" : "full"},
+                        {"kanuka.scene", job.scene.file},
+                        {"kanuka.integrator", job.options.integrator},
+                        {"kanuka.colorspace", std::string(color::info(how.space).name)},
+                        {"kanuka.shutter", std::to_string(job.options.shutter_open) + " " +
+                                               std::to_string(job.options.shutter_close)},
+                        {"kanuka.seed", std::to_string(job.options.seed)}};
+        return how;
+    }
+
     film::Picture develop() {
-        film::Picture picture =
-            render::develop(tracing->gathered(), job.options, world->camera(), world->color(), job.aovs,
-                            lighting->view().camera.filter.weighted());
+        film::Picture picture = render::develop(tracing->gathered(), how());
         const scene::Options& options = job.options;
         if (options.imager) {
             const auto channel = [&](size_t c) { return std::span<float>(picture.channels[c].data); };
@@ -124,15 +152,6 @@ struct Making {
                                    {picture.width, picture.height, picture.x0, picture.y0, options.width,
                                     options.height, channel(0), channel(1), channel(2), channel(3)});
         }
-        picture.metadata = {{"kanuka.version", KANUKA_VERSION},
-                            {"kanuka.transport", world->classic() ? "classic" : "full"},
-                            {"kanuka.scene", job.scene.file},
-                            {"kanuka.integrator", options.integrator},
-                            {"kanuka.colorspace", std::string(color::info(picture.space).name)},
-                            {"kanuka.progressions", std::to_string(tracing->gathered().least_done())},
-                            {"kanuka.shutter", std::to_string(options.shutter_open) + " " +
-                                                   std::to_string(options.shutter_close)},
-                            {"kanuka.seed", std::to_string(options.seed)}};
         return picture;
     }
 
@@ -179,13 +198,23 @@ class Session::Impl {
     }
 
     bool advance(int progressions, const Progress& progress) {
+        const std::optional<Part>& part = making().job.part;
+        if (part && progressions > part->count())
+            throw Error("the part has " + std::to_string(part->count()) + " progressions, not " +
+                            std::to_string(progressions),
+                        ExitCode::Usage);
         if (!prepare(progress))
             return false;
-        return work(progress, [&] { return making().tracing->run(progressions); });
+        return work(progress, [&] { return making().tracing->run(first() + progressions); });
     }
 
-    int progressions() const { return making().tracing ? making().tracing->gathered().least_done() : 0; }
-    int wanted() const { return making().job.options.samples; }
+    int progressions() const {
+        return making().tracing ? making().tracing->gathered().least_done() - first() : 0;
+    }
+    int wanted() const {
+        const Job& job = making().job;
+        return job.part ? job.part->count() : job.options.samples;
+    }
 
     film::Picture picture() {
         film::Picture picture;
@@ -215,11 +244,12 @@ class Session::Impl {
     void save(const std::string& path) {
         if (!making().tracing)
             throw Error("there is nothing to save yet");
-        save_checkpoint(path, key(), making().tracing->gathered());
+        save_checkpoint(path, key(), making().how(), making().tracing->gathered());
     }
     void resume(const std::string& path, const Progress& progress) {
+        const std::optional<Part>& part = making().job.part;
         if (prepare(progress))
-            load_checkpoint(path, key(), making().tracing->gathered());
+            resume_checkpoint(path, key(), part ? &*part : nullptr, making().tracing->gathered());
     }
 
     Recorded save_oracle(const std::string& path) const {
@@ -246,6 +276,7 @@ class Session::Impl {
             throw Error("the last update() of the session was refused; update it again first");
         return *m_making;
     }
+    int first() const { return making().job.part ? making().job.part->first : 0; }
     void tell_of_full_disk() const {
         const uint64_t refused = paged_memory::counts().refused - m_paged_before.refused;
         if (refused > 0)

@@ -11,6 +11,7 @@
 #include "base/stats.h"
 #include "bvh/bvh.h"
 #include "film/film.h"
+#include "render/part.h"
 #include "scene/delayed.h"
 #include "scene/schema/options.h"
 #include "store/disk_store.h"
@@ -29,6 +30,7 @@ struct Overrides {
     int lanes = 0;                     // transport and shading lanes: 1, 8, 16; 0 = widest
     std::string standard_shaders;      // folder
     scene::Delayed* delayed = nullptr; // procedurals to be read when rays meet them
+    std::optional<Part> part;          // of the picture: these progressions alone
     std::optional<uint64_t> memory;    // bytes that there are; unset = the machine's
     std::optional<uint64_t>
         page_memory; // bytes of pages that are kept for update(); unset = a quarter of that
@@ -63,8 +65,8 @@ class Session {
     bool prepared() const;
     // Until every pixel has so many progressions. False: cancelled; what is there stays, and can go on.
     bool advance(int progressions, const Progress& progress);
-    int progressions() const; // that every pixel has
-    int wanted() const;       // of the options
+    int progressions() const; // that every pixel has, of the part
+    int wanted() const;       // of the options, or of the part
     // As it is now; empty where nothing is prepared.
     film::Picture picture();
     // The same; the journal is told what was wrong on the way.
@@ -77,7 +79,7 @@ class Session {
     void update(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats);
 
     // The samples so far, known by all that they depend on: scene, shaders, textures, options, seed, but not
-    // how many there are to be. Throw Error; resume() then changed nothing.
+    // how many there are to be. Throw Error; resume() then changed nothing. See merge_checkpoints() too.
     void save(const std::string& path);
     void resume(const std::string& path, const Progress& progress);
 

@@ -11,19 +11,22 @@ namespace kanuka::render {
 
 Tracing::Tracing(Job& job, World& world, Lighting& lighting, const Window& window)
     : m_job(job), m_world(world), m_lighting(lighting),
-      m_gathered(window, lighting.view().settings.aov_is_color.size(), job.options.adaptive > 0) {}
+      m_gathered(window, lighting.view().settings.aov_is_color.size(), job.options.adaptive > 0,
+                 job.part ? job.part->first : 0) {}
 
-bool Tracing::run(int progressions) {
+bool Tracing::run(int end) {
     const ScopedTimer timer(m_job.stats->time.transport_s);
     const auto cancelled = [&] { return m_job.progress->cancelled(); };
-    m_work = m_gathered.buckets() * uint64_t(std::max(progressions, 1));
+    const int first = m_gathered.first();
+    m_work = m_gathered.buckets() * uint64_t(std::max(end - first, 1));
     m_finished = 0;
     for (size_t b = 0; b < m_gathered.buckets(); b++)
-        m_finished += uint64_t(m_gathered.done(b));
-    // The first pass shows a whole picture; later ones stay with a bucket longer, for the caches' sake.
-    for (int from = m_gathered.least_done(); from < progressions && !cancelled();
-         from = m_gathered.least_done()) {
-        int to = std::min(progressions, from == 0 ? 1 : from + 8);
+        m_finished += uint64_t(m_gathered.bucket(b).done - first);
+    // The first pass shows a whole picture; later ones stay with a bucket longer, for the caches' sake. After
+    // the first block they stay to the end of a block: then few buckets at a time have sums of one under way.
+    for (int from = m_gathered.least_done(); from < end && !cancelled(); from = m_gathered.least_done()) {
+        const int visit = from == first ? 1 : from < first + BlockSize ? 8 : BlockSize;
+        int to = std::min({end, from + visit, block_end(from)});
         if (m_job.options.adaptive > 0) {
             m_gathered.decide(m_job.options.adaptive, float(m_world.color().exposure.factor()),
                               m_lighting.view().camera.filter.weighted());
@@ -43,10 +46,10 @@ bool Tracing::run(int progressions) {
             size_t i = 0;
             std::erase_if(todo, [&](size_t) { return again[i++] == 0; });
         }
-        if (from == 0)
+        if (from == first)
             note_first_pixels();
     }
-    return m_gathered.least_done() >= progressions;
+    return m_gathered.least_done() >= end;
 }
 
 void Tracing::note_first_pixels() {
@@ -58,15 +61,16 @@ void Tracing::note_first_pixels() {
 
 bool Tracing::trace(size_t bucket, int to) {
     const auto cancelled = [&] { return m_job.progress->cancelled(); };
-    const int from = m_gathered.done(bucket);
+    const int from = m_gathered.bucket(bucket).done;
     if (from >= to || cancelled())
         return true;
     const bvh::Watch* const watch = m_world.on_demand() ? m_world.on_demand()->watch() : nullptr;
     const uint64_t met = watch ? watch->noted_here() : 0;
-    const Accumulator::Sums before = watch ? m_gathered.take(bucket) : Accumulator::Sums();
+    std::vector<Sums> before = watch ? m_gathered.bucket(bucket).sums : std::vector<Sums>();
     std::unique_ptr<transport::Kernel> kernel = take_kernel();
     transport::BatchCounts counts;
     transport::BatchRequest r = m_gathered.request(bucket);
+    to = std::min(to, block_end(from));
     int done = from;
     if (!m_gathered.is_traced(bucket))
         done = to;
@@ -76,11 +80,11 @@ bool Tracing::trace(size_t bucket, int to) {
     }
     give_kernel(std::move(kernel));
     if (watch && watch->noted_here() != met) {
-        m_gathered.put(bucket, before);
+        m_gathered.bucket(bucket).sums = std::move(before);
         m_job.stats->count.rays += counts.rays;
         return false;
     }
-    m_gathered.set_done(bucket, done);
+    m_gathered.finish(bucket, done);
     count(counts);
     const uint64_t n = m_finished += uint64_t(done - from);
     const std::lock_guard lock(m_mutex);

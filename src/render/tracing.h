@@ -16,8 +16,8 @@ class Tracing {
   public:
     Tracing(Job& job, World& world, Lighting& lighting, const Window& window);
 
-    // Until every pixel has so many progressions. False: cancelled; what is there stays.
-    bool run(int progressions);
+    // Until every pixel has been traced up to progression `end`. False: cancelled; what is there stays.
+    bool run(int end);
     // Says once of what has been traced so far what was wrong with it.
     void report();
 
@@ -25,7 +25,8 @@ class Tracing {
     const Accumulator& gathered() const { return m_gathered; }
 
   private:
-    // To `to`; false: it met procedurals that are not read yet, and left the bucket as it was.
+    // To `to`, within a block; false: it met procedurals that are not read yet, and left the bucket as it
+    // was.
     bool trace(size_t bucket, int to);
     bool extend();
     void note_first_pixels();

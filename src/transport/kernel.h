@@ -21,7 +21,7 @@ inline float luminance(float r, float g, float b) {
 struct alignas(16) PixelSums {
     float rgb[3], alpha;
     float albedo[3], depth;
-    float normal[3], id;     // id: of the first progression's hit
+    float normal[3], id;     // id: of the first progression's hit; it is no sum
     float position[3], hits; // hits: how many samples found a surface
     float weight;            // of the pixel filter; its mean is one
     float plain[4];          // rgb and alpha, unweighted: kept where weights differ
@@ -88,6 +88,9 @@ struct BatchRequest {
     float* aovs = nullptr; // of pixel (0, 0): SettingsView::aov_is_color.size() sums a pixel
     // Of pixel (0, 0), a flag a pixel: pixels of 0 take no sample. Null = all take one.
     const uint8_t* takes_part = nullptr;
+    uint32_t first = 0; // progression of all that are gathered: what it hits names the pixel
+    // Of pixel (0, 0): what pixels have gathered beside `pixels`, to compare samples with. Null = nothing.
+    const PixelSums* before = nullptr;
 
     // Of a path of the batch, which has one a pixel.
     size_t pixel_of(int path) const {

@@ -124,7 +124,7 @@ class PixelAdder {
         const size_t pixel = m_request.pixel_of(path);
         PixelSums& p = m_request.pixels[pixel];
         const float* hit = m_batch.first[path];
-        if (m_request.progression == 0) {
+        if (m_request.progression == m_request.first) {
             int32_t id;
             std::memcpy(&id, hit + BatchState::Id, sizeof id);
             p.id = float(id);
@@ -138,7 +138,7 @@ class PixelAdder {
             return;
         }
         const float brightness = luminance(rgb[0], rgb[1], rgb[2]);
-        look_for_fireflies(p, x, y, brightness);
+        look_for_fireflies(pixel, x, y, brightness);
         if (is_of_first_half(m_request.progression))
             p.half += brightness, p.halves++;
         const float w = m_batch.filter_weight[path], surface = hit[BatchState::Hit];
@@ -164,11 +164,18 @@ class PixelAdder {
   private:
     static float finite(float x) { return std::isfinite(x) ? x : 0.0f; }
 
-    void look_for_fireflies(const PixelSums& p, int x, int y, float brightness) {
-        if (m_request.progression < Firefly::FirstLooked || !(p.weight > 0))
+    void look_for_fireflies(size_t pixel, int x, int y, float brightness) {
+        if (m_request.progression - m_request.first < Firefly::FirstLooked)
             return;
-        const Firefly f{x, y, m_request.progression, brightness,
-                        std::max(luminance(p.rgb[0], p.rgb[1], p.rgb[2]) / p.weight, 0.0f)};
+        const PixelSums& p = m_request.pixels[pixel];
+        float weight = p.weight, light = luminance(p.rgb[0], p.rgb[1], p.rgb[2]);
+        if (m_request.before) {
+            const PixelSums& before = m_request.before[pixel];
+            weight += before.weight, light += luminance(before.rgb[0], before.rgb[1], before.rgb[2]);
+        }
+        if (!(weight > 0))
+            return;
+        const Firefly f{x, y, m_request.progression, brightness, std::max(light / weight, 0.0f)};
         if (f.luminance > Firefly::Factor * (f.mean + 0.01f)) {
             m_counts.fireflies++;
             m_counts.note(f);
