@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import tempfile
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -26,6 +27,16 @@ def picture() -> kanuka.Picture:
 
 def compiled() -> kanuka.CompiledShader:
     return kanuka.compile_shader("plain.sl", source=SHADER)
+
+
+def saved_checkpoint() -> kanuka.Checkpoint:
+    scene = kanuka.Scene()
+    scene.resolution = 2, 2
+    session = kanuka.Session(scene, progressions=1, journal=kanuka.Journal())
+    session.advance()
+    with tempfile.TemporaryDirectory() as folder:
+        session.save(Path(folder) / "state")
+        return kanuka.merge([Path(folder) / "state"])
 
 
 def scene_with_group() -> tuple[kanuka.Scene, kanuka.Group]:
@@ -52,6 +63,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Camera": (kanuka.Camera, {"origin": (0, 0, 1), "target": (0, 0, 0)}),
     "Camera.from_matrix": (kanuka.Camera.from_matrix, {"world_from_camera": np.eye(4)}),
     "Camera.moving": (kanuka.Camera.moving, {"cameras": [kanuka.Camera((0, 0, 1), (0, 0, 0))]}),
+    "Checkpoint.save": (lambda **given: saved_checkpoint().save(**given), {"path": "state"}),
     "CompiledShader.run": (lambda **given: compiled().run(**given), {}),
     "Group.add_instances": (
         with_group(lambda scene, **given: scene.add_group("b").add_instances(**given)),
@@ -122,6 +134,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Solid.add": (lambda **given: kanuka.Scene().add_solid("union").add(**given), {"kind": "union"}),
     "Spectrum.rgb": (lambda **given: kanuka.Spectrum("D65").rgb(**given), {}),
     "Spectrum.xyz": (lambda **given: kanuka.Spectrum("D65").xyz(**given), {}),
+    "checkpoint_info": (kanuka.checkpoint_info, {"path": "state"}),
     "check_integrator": (kanuka.check_integrator, {"text": "path"}),
     "check_layer": (kanuka.check_layer, {"text": "lpe:CL"}),
     "compare": (kanuka.compare, {"a": picture(), "b": picture()}),
@@ -133,6 +146,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "glass": (kanuka.glass, {"name": "BK7"}),
     "load": (kanuka.load, {"path": "a.rib"}),
     "make_texture": (kanuka.make_texture, {"pictures": ["a.exr"], "texture": "a.tx"}),
+    "merge": (kanuka.merge, {"files": ["state"]}),
     "metal": (kanuka.metal, {"name": "Au"}),
     "picture_file": (kanuka.picture_file, {"display": "a.tif"}),
     "publish_shader": (kanuka.publish_shader, {"path": "plain.sl", "source": SHADER}),

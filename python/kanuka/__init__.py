@@ -22,6 +22,7 @@ except ImportError as error:
 
 from ._native import (
     Camera,
+    Checkpoint,
     Comparison,
     CompiledShader,
     Error,
@@ -45,6 +46,7 @@ from ._native import (
     check_integrator,
     check_layer,
     check_option,
+    checkpoint_info,
     compare,
     compile_shader,
     convert_rib,
@@ -58,6 +60,7 @@ from ._native import (
     load,
     lobe_names,
     make_texture,
+    merge,
     metal,
     option_parameters,
     picture_file,
@@ -91,6 +94,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Camera",
+    "Checkpoint",
     "Comparison",
     "CompiledShader",
     "Error",
@@ -118,6 +122,7 @@ __all__ = [
     "check_integrator",
     "check_layer",
     "check_option",
+    "checkpoint_info",
     "compare",
     "compile_shader",
     "convert_rib",
@@ -133,6 +138,7 @@ __all__ = [
     "load",
     "lobe_names",
     "make_texture",
+    "merge",
     "metal",
     "option_parameters",
     "picture_file",

@@ -142,6 +142,7 @@ void bind_picture(nb::module_& m);
 void bind_procedurals(nb::module_& m);
 void bind_load(nb::module_& m);
 void bind_session(nb::module_& m);
+void bind_checkpoint(nb::module_& m);
 void bind_shader(nb::module_& m);
 void bind_lobe(nb::module_& m);
 void bind_store(nb::module_& m);

@@ -40,6 +40,7 @@ NB_MODULE(_native, m) {
     bind_procedurals(m);
     bind_load(m);
     bind_session(m);
+    bind_checkpoint(m);
     bind_shader(m);
     bind_lobe(m);
     bind_store(m);

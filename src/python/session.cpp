@@ -31,15 +31,20 @@ class Reading {
 
 class Session {
   public:
-    Session(std::shared_ptr<Scene> scene, render::Session::Keep keep, std::optional<uint64_t> page_memory,
-            const char* call, const nb::kwargs& keywords, bool records_oracle = false)
-        : m_scene(std::move(scene)), m_page_memory(page_memory), m_call(call), m_keywords(keywords) {
-        RenderRequest request = take(m_keywords);
-        request.overrides.records_oracle = records_oracle;
+    // What a session takes that render() does not.
+    struct Own {
+        render::Session::Keep keep = render::Session::Keep::Nothing;
+        std::optional<uint64_t> page_memory;
+        std::optional<render::Part> part;
+        bool records_oracle = false;
+    };
+    Session(std::shared_ptr<Scene> scene, const Own& own, const char* call, const nb::kwargs& keywords)
+        : m_scene(std::move(scene)), m_own(own), m_call(call), m_keywords(keywords) {
+        const RenderRequest request = take(m_keywords);
         m_messages.emplace(request.journal);
         Journal& journal = *m_messages->journal;
         m_session =
-            std::make_unique<render::Session>(m_scene->scene, request.overrides, keep, journal, *m_stats);
+            std::make_unique<render::Session>(m_scene->scene, request.overrides, own.keep, journal, *m_stats);
     }
 
     // False: the time is up, or it was cancelled.
@@ -156,7 +161,9 @@ class Session {
         render::Overrides& overrides = request.overrides;
         overrides.standard_shaders = standard_shaders();
         overrides.delayed = m_scene->delayed.get();
-        overrides.page_memory = m_page_memory;
+        overrides.page_memory = m_own.page_memory;
+        overrides.part = m_own.part;
+        overrides.records_oracle = m_own.records_oracle;
         overrides.store = request.store_settings();
         overrides.memory_budget = request.memory_budget();
         overrides.oracle = request.oracle;
@@ -195,7 +202,7 @@ class Session {
     }
 
     std::shared_ptr<Scene> m_scene;
-    std::optional<uint64_t> m_page_memory;
+    Own m_own;
     const char* m_call;
     nb::kwargs m_keywords;
     std::optional<Messages> m_messages;
@@ -217,30 +224,34 @@ void init_session(Session* self, std::shared_ptr<Scene> scene, const nb::kwargs&
     nb::kwargs keywords = nb::borrow<nb::kwargs>(nb::handle(given).attr("copy")());
     if (keywords.contains("progress"))
         throw nb::type_error("Session: progress is an argument of advance()");
-    bool keep_pages = true;
+    using Keep = render::Session::Keep;
+    Session::Own own{.keep = Keep::Pages};
     if (keywords.contains("keep_pages")) {
-        keep_pages = argument<bool>(keywords["keep_pages"], "keep_pages");
+        own.keep = argument<bool>(keywords["keep_pages"], "keep_pages") ? Keep::Pages : Keep::Keys;
         nb::del(keywords["keep_pages"]);
     }
-    std::optional<uint64_t> page_memory;
     if (keywords.contains("page_memory")) {
         if (const auto megabytes = argument<std::optional<double>>(keywords["page_memory"], "page_memory")) {
             if (!(*megabytes >= 0) || *megabytes > 1e12)
                 throw nb::value_error("Session: page_memory must be 0 or more megabytes");
-            page_memory = uint64_t(*megabytes * (1 << 20));
+            own.page_memory = uint64_t(*megabytes * (1 << 20));
         }
         nb::del(keywords["page_memory"]);
     }
-    using Keep = render::Session::Keep;
-    new (self)
-        Session(std::move(scene), keep_pages ? Keep::Pages : Keep::Keys, page_memory, "Session", keywords);
+    if (keywords.contains("part")) {
+        using Range = std::pair<int, int>;
+        if (const auto range = argument<std::optional<Range>>(keywords["part"], "part"))
+            own.part = render::Part{range->first, range->second};
+        nb::del(keywords["part"]);
+    }
+    new (self) Session(std::move(scene), own, "Session", keywords);
 }
 
 Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     check_idle(*scene);
     RenderRequest of_call;
     take_keywords(of_call, render_keywords(), "render", keywords);
-    Session session(std::move(scene), render::Session::Keep::Nothing, std::nullopt, "render", keywords);
+    Session session(std::move(scene), Session::Own(), "render", keywords);
     Picture picture = session.whole_picture(of_call.progress);
     char seconds[32];
     std::snprintf(seconds, sizeof seconds, "%.2f", picture.stats->time.total_s);
@@ -265,8 +276,7 @@ nb::dict write_oracle(std::shared_ptr<Scene> scene, const std::filesystem::path&
     if (keywords.contains("integrator") && !nb::handle(keywords["integrator"]).is_none())
         throw nb::value_error("write_oracle: integrator: oracles are recorded by footprints");
     keywords["integrator"] = "footprints";
-    Session session(std::move(scene), render::Session::Keep::Nothing, std::nullopt, "write_oracle", keywords,
-                    true);
+    Session session(std::move(scene), {.records_oracle = true}, "write_oracle", keywords);
     session.whole_picture(of_call.progress);
     const render::Session::Recorded recorded = session.save_oracle(path);
     nb::dict found;
@@ -299,7 +309,8 @@ void bind_session(nb::module_& m) {
         sig_of_oracle =
             "def write_oracle(scene: Scene, path: str | os.PathLike, *" + arguments + ") -> dict[str, int]",
         sig_of_session =
-            "def __init__(self, scene: Scene, *, keep_pages: bool = True, page_memory: float | None = None" +
+            "def __init__(self, scene: Scene, *, keep_pages: bool = True, page_memory: float | None = None, "
+            "part: tuple[int, int] | None = None" +
             arguments + ") -> None",
         sig_of_update = "def update(self, scene: Scene | None = None, *" + arguments + ") -> None";
     define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
@@ -322,13 +333,13 @@ void bind_session(nb::module_& m) {
 
     nb::class_<Session> session(
         m, "Session",
-        "A picture that is made step by step: it can be looked at on the way, "
-        "stopped, saved and continued, and made "
-        "again\nafter edits of the scene at the cost of what they touch. Takes the "
-        "arguments of render(), but for "
-        "progress.\nkeep_pages=False keeps no diced and shaded geometry for "
-        "update(). page_memory: megabytes of it that are kept\n(None: a quarter of the "
-        "machine's memory); what finds no room is made again by every update.");
+        "A picture that is made step by step: it can be looked at on the way, stopped, saved and continued, "
+        "and made again\nafter edits of the scene at the cost of what they touch. Takes the arguments of "
+        "render(), but for progress.\nkeep_pages=False keeps no diced and shaded geometry for update(). "
+        "page_memory: megabytes of it that are kept\n(None: a quarter of the machine's memory); what finds "
+        "no "
+        "room is made again by every update. part: renders these\nprogressions of the picture alone, the "
+        "first and the one after the last, for merge(): multiples of 64, or the\npicture's end.");
     define(session, "__init__", &init_session, nb::arg("scene"), nb::arg("keywords"),
            nb::sig(sig_of_session.c_str()));
     define(
