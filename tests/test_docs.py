@@ -120,6 +120,7 @@ def test_options_of_the_command_are_those_of_render() -> None:
         "checkpoint",
         "checkpoint_every",
         "write_oracle",
+        "part",
         "fireflies",
         "quiet",
         *("camera", "product", "variant", "prim", "purpose"),  # of stages

@@ -16,6 +16,7 @@ from . import (
     doctor,
     exit_codes,
     info,
+    merge,
     paths,
     render,
     shader,
@@ -30,6 +31,7 @@ examples:
   kanuka render scene.rib                      render to the scene's Display, or scene.exr
   kanuka render scene.rib -o a.exr --png       a.exr, and a.png beside it
   kanuka render scene.rib --progressions 16 --resolution 320x180   a quick look
+  kanuka merge a.state b.state -o a.exr        one picture of what two hosts have rendered
   kanuka info scene.rib                        show what a scene contains
   kanuka convert scene.rib scene.rib.gz        the same scene, packed
   kanuka compare a.exr reference.exr           how much two pictures differ
@@ -51,7 +53,20 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"kanuka {kanuka.__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (render, info, convert, compare, texture, texture_cache, shader, store, paths, doctor, completion):
+    for module in (
+        render,
+        merge,
+        info,
+        convert,
+        compare,
+        texture,
+        texture_cache,
+        shader,
+        store,
+        paths,
+        doctor,
+        completion,
+    ):
         module.add_parser(subparsers)
     return parser
 

@@ -59,6 +59,16 @@ def resolution(text: str) -> tuple[int, int]:
     return positive_int(width), positive_int(height)
 
 
+def part(text: str) -> tuple[int, int]:
+    """A-B, both included, as the package takes it."""
+    first, separator, last = text.partition("-")
+    if not separator or not first.strip().isdecimal() or not last.strip().isdecimal() or int(last) < int(first):
+        raise argparse.ArgumentTypeError(f"expected A-B with A <= B, as in 0-255, got {text!r}")
+    if int(last) >= 2**30:
+        raise argparse.ArgumentTypeError(f"expected progressions below 2^30, got {text!r}")
+    return int(first), int(last) + 1
+
+
 METAVARS = {"int": "N", "float": "X", "str": "TEXT", "Spectrum | str": "LIGHT"}
 FORMS = {"resolution": "WIDTHxHEIGHT", "crop": "X0,X1,Y0,Y1", "shutter": "OPEN,CLOSE", "filter_width": "X,Y"}
 

@@ -28,6 +28,7 @@ examples:
   kanuka render ball.obj                         on a neutral stage; .ply .stl .gltf .glb too
   kanuka render scene.rib --store ~/pages              # again, with other lights: nothing is diced or shaded
   kanuka render scene.rib --checkpoint scene.state     # stopped? the same command goes on
+  kanuka render scene.rib --part 256-511 --checkpoint b.state   # another host makes 0-255: kanuka merge --help
 
 Each frame has its own picture. In -o and --stats a row of # is replaced by the frame's number; without it the number
 goes before the suffix. A picture appears under its name complete or not at all. Ctrl-C (or SIGTERM) stops early and
@@ -80,6 +81,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument(
         "--checkpoint-every", type=types.positive_float, metavar="S", default=60.0, help="seconds; default: 60"
+    )
+    parser.add_argument(
+        "--part",
+        type=types.part,
+        metavar="A-B",
+        help="render these progressions of the picture alone, for kanuka merge: from a multiple of 64 to one before "
+        "one, as 0-255, or to the last. Takes --checkpoint; with -o a picture of them is written too",
     )
     parser.add_argument(
         "--fireflies", action="store_true", help="list the samples that are brightest relative to their pixels"
@@ -173,6 +181,8 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.parser.error("--together: of which frames? Name them by --frame")
     if arguments.together and arguments.checkpoint:
         arguments.parser.error("--together: a checkpoint is of one frame; render them one by one")
+    if arguments.part and not arguments.checkpoint:
+        arguments.parser.error("--part: where to? Name a file by --checkpoint, for kanuka merge")
     interruption = Interruption()
     try:
         asked = arguments.frame is not None
@@ -272,11 +282,14 @@ def render(
     bar.finish()
 
     written = []
+    if arguments.part:
+        written.append(frame.file(arguments.checkpoint))
+        outputs = outputs if named else {}
     for output, layers in outputs.items():
         if picture.cancelled:
             output = output.with_suffix(".partial.exr")
         written += write(picture, output, arguments.png and not picture.cancelled and not frame.source, layers)
-    if not picture.cancelled:
+    if not picture.cancelled and not arguments.part:
         folder = named.parent if named else Path()
         written += write_added(picture, scene, folder, frame, next(iter(outputs)))
     total = time.monotonic() - started
@@ -325,7 +338,7 @@ def checkpointed(
         if not arguments.quiet:
             print(text, file=sys.stderr)
 
-    session = kanuka.Session(scene, keep_pages=False, **options)
+    session = kanuka.Session(scene, keep_pages=False, part=arguments.part, **options)
     if file.exists():
         session.resume(file, progress=bar.update)
         say(f"goes on from {file}: {session.progressions} of {session.wanted} progressions")
