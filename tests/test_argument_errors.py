@@ -140,6 +140,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "compare": (kanuka.compare, {"a": picture(), "b": picture()}),
     "compile_shader": (kanuka.compile_shader, {"path": "plain.sl", "source": SHADER}),
     "convert_rib": (kanuka.convert_rib, {"source": "a.rib", "target": "b.rib"}),
+    "decimate": (kanuka.decimate, {"meshes": []}),
     "delta_e_2000": (kanuka.delta_e_2000, {"a": (1, 1, 1), "b": (1, 1, 1), "white": (1, 1, 1)}),
     "emit_shader": (kanuka.emit_shader, {"path": "plain.sl", "what": "ir", "source": SHADER}),
     "frames": (kanuka.frames, {"path": "a.rib"}),
@@ -163,6 +164,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "texture_cache_files": (kanuka.texture_cache_files, {}),
     "texture_cache_prune": (kanuka.texture_cache_prune, {}),
     "surface_mesh": (kanuka.surface_mesh, {"path": "a.rib"}),
+    "traced_surfaces": (kanuka.traced_surfaces, {"scene": kanuka.Scene()}),
     "z_test": (
         kanuka.z_test,
         {"reference": picture(), "variance": picture(), "test": picture(), "reference_samples": 1, "test_samples": 1},

@@ -50,6 +50,7 @@ from ._native import (
     compare,
     compile_shader,
     convert_rib,
+    decimate,
     delta_e_2000,
     emit_shader,
     frames,
@@ -82,6 +83,7 @@ from ._native import (
     texture_cache_folder,
     texture_cache_limit,
     texture_cache_prune,
+    traced_surfaces,
     write_oracle,
     z_test,
 )
@@ -126,6 +128,7 @@ __all__ = [
     "compare",
     "compile_shader",
     "convert_rib",
+    "decimate",
     "delta_e_2000",
     "emit_shader",
     "frames",
@@ -162,6 +165,7 @@ __all__ = [
     "texture_cache_folder",
     "texture_cache_limit",
     "texture_cache_prune",
+    "traced_surfaces",
     "write_oracle",
     "z_test",
 ]

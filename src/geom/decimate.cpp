@@ -26,16 +26,24 @@ Vec3f linear(const Vec3d& c) {
 }
 
 class Decimator {
+    static constexpr double Infinity = std::numeric_limits<double>::infinity();
+
   public:
     Decimator(const ColoredMesh& mesh, const DecimationLimits& limits) : m_limits(limits), m_mesh(mesh) {
         const bool bounded = std::isfinite(limits.error);
         m_colors = bounded            ? 10.0 * double(limits.error)
                    : limits.color > 0 ? double(limits.color)
                                       : 0.02 * m_mesh.diagonal();
-        m_most = bounded ? double(limits.error) : std::numeric_limits<double>::infinity();
+        m_most = bounded ? double(limits.error) : Infinity;
         m_even.reserve(mesh.colors.size());
-        for (const Vec3f& c : mesh.colors)
+        for (const Vec3f& c : mesh.colors) {
             m_even.push_back(even(c) * m_colors);
+            const double channels[3] = {m_even.back().x, m_even.back().y, m_even.back().z};
+            for (size_t k = 0; k < 3; k++) {
+                m_least[k] = std::min(m_least[k], channels[k]);
+                m_largest[k] = std::max(m_largest[k], channels[k]);
+            }
+        }
         m_quadrics.resize(mesh.points.size());
         m_version.resize(mesh.points.size());
         for (uint32_t f = 0; f < m_mesh.faces(); f++)
@@ -175,10 +183,11 @@ class Decimator {
         m_cost = std::max(m_cost, place.error);
         m_error = std::max(m_error, std::sqrt(distance2));
         const double back = m_colors > 0 ? 1 / m_colors : 0;
-        const Vec3d color{std::max(place.colors[0], 0.0) * back, std::max(place.colors[1], 0.0) * back,
-                          std::max(place.colors[2], 0.0) * back};
-        steps.push_back(
-            {c.b, c.a, gone, float(m_cost), float(m_error), m_mesh.outside(place.point), linear(color)});
+        std::array<double, 3> color; // of least squares, which may lead beyond
+        for (size_t k = 0; k < 3; k++)
+            color[k] = std::clamp(place.colors[k], m_least[k], m_largest[k]) * back;
+        steps.push_back({c.b, c.a, gone, float(m_cost), float(m_error), m_mesh.outside(place.point),
+                         linear({color[0], color[1], color[2]})});
         for (const uint32_t other : m_mesh.neighbours(c.a))
             if (may_go(c.a, other))
                 push(candidate(std::min(c.a, other), std::max(c.a, other)));
@@ -188,6 +197,7 @@ class Decimator {
     DecimatedMesh m_mesh;
     double m_colors = 0, m_most = 0, m_cost = 0, m_error = 0;
     std::vector<Vec3d> m_even;
+    std::array<double, 3> m_least{Infinity, Infinity, Infinity}, m_largest{0, 0, 0}; // of all colours
     std::vector<QuadricError> m_quadrics;
     std::vector<uint32_t> m_version;
     std::vector<Candidate> m_queue; // a heap

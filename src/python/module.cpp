@@ -1,4 +1,5 @@
 #include "python/bindings.h"
+#include "python/surfaces.h"
 
 namespace kanuka::python {
 
@@ -44,5 +45,6 @@ NB_MODULE(_native, m) {
     bind_shader(m);
     bind_lobe(m);
     bind_store(m);
+    bind_surfaces(m);
     bind_texture(m);
 }

@@ -131,6 +131,21 @@ std::span<const Keyword<RenderRequest>> render_keywords() {
     return all;
 }
 
+void RenderRequest::complete(Scene& scene) {
+    overrides.standard_shaders =
+        nb::cast<std::string>(nb::module_::import_("kanuka.paths").attr("standard_shaders")());
+    overrides.delayed = scene.delayed.get();
+    overrides.store = store_settings();
+    overrides.memory_budget = memory_budget();
+    overrides.oracle = oracle;
+    scene.scene.options = scene.options;
+    scene::Options options = scene.options;
+    overrides.options.apply(options);
+    overrides.camera = scene.camera.resolve(options, options.width, options.height);
+    for (const Camera& camera : shot)
+        overrides.shot.push_back(camera.resolve(options, options.width, options.height));
+}
+
 store::DiskStore::Settings RenderRequest::store_settings() const {
     store::DiskStore::Settings settings = store::store_settings_of_environment();
     if (store)

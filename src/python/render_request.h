@@ -17,6 +17,23 @@ struct RenderRequest {
     // What arguments say of the store goes over what the environment says.
     store::DiskStore::Settings store_settings() const;
     std::optional<MemoryBudget> memory_budget() const; // none = the environment's
+    // What the scene says besides, and where shaders and the store are. Python may write options of its own
+    // while the picture is made: the scene gets those of now.
+    void complete(Scene& scene);
+};
+
+// While it lives, nothing may change the scene.
+class Reading {
+  public:
+    explicit Reading(Scene& scene) : m_now(scene.is_rendered) {
+        check_idle(scene);
+        m_now = true;
+    }
+    ~Reading() { m_now = false; }
+    Reading(const Reading&) = delete;
+
+  private:
+    bool& m_now;
 };
 
 // The calls' own, then every option of a scene.

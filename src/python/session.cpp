@@ -11,24 +11,6 @@ namespace kanuka::python {
 
 namespace {
 
-std::string standard_shaders() {
-    return nb::cast<std::string>(nb::module_::import_("kanuka.paths").attr("standard_shaders")());
-}
-
-// While it lives, nothing may change the scene.
-class Reading {
-  public:
-    explicit Reading(Scene& scene) : m_now(scene.is_rendered) {
-        check_idle(scene);
-        m_now = true;
-    }
-    ~Reading() { m_now = false; }
-    Reading(const Reading&) = delete;
-
-  private:
-    bool& m_now;
-};
-
 class Session {
   public:
     // What a session takes that render() does not.
@@ -158,21 +140,13 @@ class Session {
     RenderRequest take(const nb::kwargs& keywords) {
         RenderRequest request;
         take_keywords(request, render_keywords(), m_call, keywords);
+        request.complete(*m_scene);
         render::Overrides& overrides = request.overrides;
-        overrides.standard_shaders = standard_shaders();
-        overrides.delayed = m_scene->delayed.get();
         overrides.page_memory = m_own.page_memory;
         overrides.part = m_own.part;
         overrides.records_oracle = m_own.records_oracle;
-        overrides.store = request.store_settings();
-        overrides.memory_budget = request.memory_budget();
-        overrides.oracle = request.oracle;
-        m_scene->scene.options = m_scene->options; // Python may write its own while the picture is made
         scene::Options options = m_scene->options;
-        overrides.options.apply(options);
-        overrides.camera = m_scene->camera.resolve(options, options.width, options.height);
-        for (const Camera& camera : request.shot)
-            overrides.shot.push_back(camera.resolve(options, options.width, options.height));
+        request.overrides.options.apply(options);
         m_stats->time.ingest_s = m_stats->time.total_s = m_scene->ingest_s;
         m_exposure_gain = options.exposure_gain;
         m_encoding = film::png_encoding(options.color.display, options.exposure_gamma);

@@ -4,9 +4,11 @@
 
 #include "base/cancel.h"
 #include "base/tasks.h"
+#include "render/albedo.h"
 #include "render/budget.h"
 #include "render/checkpoint.h"
 #include "render/develop.h"
+#include "render/surfaces.h"
 #include "render/tracing.h"
 #include "scene/digest.h"
 
@@ -373,6 +375,26 @@ Result render(const scene::Scene& scene, const Overrides& overrides, Journal& jo
     result.picture = session.finish();
     session.close_statistics();
     return result;
+}
+
+std::vector<SurfaceGroup> read_surfaces(const scene::Scene& scene, const Overrides& overrides,
+                                        Journal& journal, Stats& stats, const Progress& progress) {
+    const int threads = overrides.threads.value_or(0);
+    check_threads(threads);
+    Job job = job_of(scene, overrides, journal, stats);
+    job.progress = &progress;
+    World world(job, nullptr);
+    std::vector<SurfaceGroup> groups;
+    tasks::with_threads(threads, [&] {
+        const bool done = tasks::unless_cancelled(progress.cancelled, [&] {
+            world.build_surfaces();
+            const Albedos albedos(world.geometry().store, *world.color().palette);
+            groups = surfaces_of(world.geometry(), world.camera().origin, albedos, scene, journal, progress);
+        });
+        if (!done || progress.cancelled())
+            groups.clear();
+    });
+    return groups;
 }
 
 } // namespace kanuka::render

@@ -106,6 +106,11 @@ void World::drop_what_leaves_no_room() {
 }
 
 void World::build() {
+    build_surfaces();
+    build_bvh();
+}
+
+void World::build_surfaces() {
     prepare_color();
     if (!m_job.oracle.empty())
         m_oracle = DicingOracle::load(m_job.oracle);
@@ -141,7 +146,6 @@ void World::build() {
                                        uint64_t(std::max(megabytes, 0)) << 20, m_job.journal, *m_job.stats);
         m_on_demand->build_known(resident_bytes(), [&](const scene::Scene& part) { return add_part(part); });
     }
-    build_bvh();
 }
 
 void World::decide_transport() {

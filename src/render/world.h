@@ -27,6 +27,7 @@ class World {
     ~World(); // what can be of use again goes to `kept`
 
     void build();
+    void build_surfaces(); // all of it but the hierarchy
     // Reads what rays have met since the last call. True: there is more to be traced now.
     bool extend();
 
