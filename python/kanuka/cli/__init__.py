@@ -38,6 +38,7 @@ examples:
   kanuka texture wood.png wood.tx              a mip-mapped texture of a picture
   kanuka shader compile marble.sl              check a shader
   kanuka store info DIR                        what `render --store DIR` has kept
+  kanuka store export scene.rib --proxy a.ply  surfaces with colours, for other programs
   kanuka paths                                 where shaders, ri.h and libkanuka are
   kanuka doctor                                does this installation work?
 

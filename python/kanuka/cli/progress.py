@@ -15,6 +15,8 @@ LABELS = {
     "progressions": "tracing",
     "film": "writing",
     "compress": "compressing",
+    "weld": "welding",
+    "decimate": "decimating",
 }
 WIDTH = 24
 BLOCKS = " ▏▎▍▌▋▊▉█"

@@ -8,7 +8,7 @@ import os
 
 import kanuka
 
-from . import exit_codes
+from . import exit_codes, store_export
 from .exit_codes import ExitCode, fail
 from .progress import ProgressBar
 from .shader_cache import age_text, bytes_text, size
@@ -41,6 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
                 "--idle", type=float, default=24, metavar="HOURS", help="not used for so long; default: 24"
             )
         action.set_defaults(run=run)
+    store_export.add_parser(actions)
 
 
 def folder(arguments: argparse.Namespace) -> str:
