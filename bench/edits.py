@@ -47,7 +47,7 @@ def measure(settings: Settings, say: Say) -> Found:
 
     options = {"resolution": (96, 54) if settings.quick else (960, 540), "progressions": 1}
     rounds: dict[str, list[float]] = {name: [] for name in ("first", *EDITS)}
-    kept = {}
+    kept, why = {}, {}
     for round_ in range(settings.rounds):
         scene = kanuka.load(str(SCENE))
         look(scene, 0)
@@ -58,6 +58,7 @@ def measure(settings: Settings, say: Say) -> Found:
             session.update()
             rounds[name].append(seconds(session.prepare))
             kept[name] = session.kept
+            why[name] = [reason["why"] for reason in session.made_again]
     found = {
         name: {
             "seconds": statistics.median(rounds[name]),
@@ -65,6 +66,7 @@ def measure(settings: Settings, say: Say) -> Found:
             "ratio": vars(intervals.of_ratio(rounds[name], rounds["first"])),
             "again": kept[name]["primitives"] - kept[name]["primitives_kept"],
             "hierarchy": not kept[name]["hierarchies_kept"],
+            "why": why[name],
         }
         for name in EDITS
     }

@@ -325,12 +325,15 @@ def stages(results: Results) -> str:
 def edits(results: Results) -> str:
     rows = []
     for _, f in results.of("edits"):
-        rows.append(["the first making", f"{f['primitives']} of {f['primitives']}", "yes", show("_s", f["first"]), ""])
+        whole = f"{f['primitives']} of {f['primitives']}"
+        rows.append(["the first making", whole, "", "yes", show("_s", f["first"]), ""])
         for name, each in f["edits"].items():
             again = f"{each['again']} of {f['primitives']}"
             ratio = times(intervals.Interval(**each["ratio"]))
-            rows.append([name, again, "yes" if each["hierarchy"] else "no", show("_s", each["seconds"]), ratio])
-    return table(["edit", "primitives made again", "hierarchy built", "time", "of the first"], rows)
+            why = ", ".join(each.get("why", ()))
+            built = "yes" if each["hierarchy"] else "no"
+            rows.append([name, again, why, built, show("_s", each["seconds"]), ratio])
+    return table(["edit", "primitives made again", "why", "hierarchy built", "time", "of the first"], rows)
 
 
 def shots(results: Results) -> str:

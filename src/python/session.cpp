@@ -135,6 +135,7 @@ class Session {
     int wanted() const { return m_session->wanted(); }
     bool prepared() const { return m_session->prepared(); }
     const Stats& stats() const { return *m_stats; }
+    const std::vector<render::MadeAgain::Reason>& made_again() const { return m_session->made_again(); }
 
   private:
     RenderRequest take(const nb::kwargs& keywords) {
@@ -270,6 +271,21 @@ nb::dict kept_of(const Session& session) {
     return kept;
 }
 
+nb::list made_again_of(const Session& session) {
+    nb::list all;
+    for (const render::MadeAgain::Reason& reason : session.made_again()) {
+        nb::dict each;
+        each["why"] = reason.why;
+        each["primitives"] = reason.primitives;
+        each["name"] = reason.name;
+        each["id"] = reason.id;
+        each["file"] = reason.where.file.str();
+        each["line"] = reason.where.line;
+        all.append(each);
+    }
+    return all;
+}
+
 } // namespace
 
 void bind_session(nb::module_& m) {
@@ -362,7 +378,14 @@ void bind_session(nb::module_& m) {
             "'primitives_kept' of "
             "them,\n'primitives_evicted' that were known but had found no room in page_memory and were made "
             "again, 'primitives_stored'\nthat the store on disk had, and 'hierarchies_kept' (1: nothing was "
-            "built).");
+            "built).")
+        .def_prop_ro(
+            "made_again", &made_again_of, nb::sig("def made_again(self) -> list[dict[str, object]]"),
+            "Why the last making of the scene has diced and shaded primitives, which the one before had "
+            "not, or of other\ninputs: dicts of 'why' (\"shape\", \"surface parameter Ks\", \"texture "
+            "wood.tx\", \"camera step\", …), 'primitives', how many, and\n'name', 'id', 'file' and 'line' of "
+            "the first of them. One that has several reasons counts for each. Of the first making: "
+            "\"first\".");
 }
 
 } // namespace kanuka::python

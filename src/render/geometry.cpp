@@ -124,6 +124,9 @@ class GeometryBuilder {
             });
             for (size_t i = 0; i < prepared.size(); i++) {
                 run.note(prepared[i].page.words.size() * sizeof(uint32_t));
+                if (m_request.made_again && prepared[i].material) // not cancelled
+                    m_request.made_again->note(primitives[begin + i], std::move(prepared[i].inputs),
+                                               prepared[i].reasons);
                 keep(prepared[i]);
                 if (!prepared[i].empty)
                     place(primitives[begin + i], prepared[i], shapes);

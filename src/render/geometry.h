@@ -11,6 +11,7 @@
 #include "dice/dice.h"
 #include "render/camera.h"
 #include "render/linking.h"
+#include "render/made_again.h"
 #include "render/oracle.h"
 #include "render/page_cache.h"
 #include "scene/scene.h"
@@ -54,6 +55,7 @@ struct GeometryRequest {
     const DicingOracle* oracle = nullptr; // null = the camera alone says how finely
     uint64_t memory_budget = 0;           // that pages come and go within; 0 = none
     Digest setting = {};                  // of what all materials depend on; for keys of pages
+    MadeAgain* made_again = nullptr;      // with `pages`; null = nobody asks why
 };
 
 // Thread count changes nothing in what is built.

@@ -98,9 +98,13 @@ void Preparer::make(const scene::Primitive& declared, const Transform& parent_fr
         out.field = m_request.oracle->field(declared);
     target.field = out.field.get();
     if (m_request.pages)
-        out.content = key_of(declared, material, frame, target, inside_out);
+        out.content = (out.inputs = inputs_of(declared, material, frame, target, inside_out)).content();
     if (!m_request.pages || !(take_kept(out) || take_stored(out))) {
         shade::SpacesRead read = dice_and_shade(declared, primitive, frame, target, inside_out, start, out);
+        if (m_request.made_again) {
+            out.reasons = m_request.made_again->reasons_for(declared, out.inputs, material, out.is_evicted);
+            out.inputs.note_read(read, material);
+        }
         if (m_request.pages)
             note_made(std::move(read), out);
     }

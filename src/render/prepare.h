@@ -11,6 +11,7 @@
 #include "base/digest.h"
 #include "render/geometry.h"
 #include "render/group_views.h"
+#include "render/made_again.h"
 #include "render/motion.h"
 #include "render/page_frame.h"
 #include "render/volumes.h"
@@ -33,6 +34,8 @@ struct Prepared {
     std::optional<PageCache::Entry> made; // to be kept: in its own space; none = it was kept already
     bool is_evicted = false;              // it was kept once, and found no room
     bool is_stored = false;               // it came from the disk
+    PageInputs inputs;                    // where GeometryRequest::made_again is
+    std::vector<std::string> reasons;     // why it was made; empty = it was not
 };
 
 // Thread safety: prepare() may run at the same time, the others alone.
@@ -67,8 +70,8 @@ class Preparer {
     bool take_stored(Prepared& out);
     bool keeps() const { return m_request.pages->keeps() || m_request.disk; }
     void note_made(shade::SpacesRead read, Prepared& out) const;
-    Digest key_of(const scene::Primitive& declared, const shade::Material& material, const PageFrame& frame,
-                  const dice::DiceTarget& target, bool inside_out);
+    PageInputs inputs_of(const scene::Primitive& declared, const shade::Material& material,
+                         const PageFrame& frame, const dice::DiceTarget& target, bool inside_out);
     Digest key_of(const scene::Attributes* attributes);
     void refuse_more_than_fits() const;
     dice::DiceTarget target_of(const scene::Primitive& primitive, const shade::Material& material,
@@ -87,7 +90,7 @@ class Preparer {
     void say_of_values(const Location& where, uint64_t bad, uint64_t lost) const;
 
     const GeometryRequest& m_request;
-    Digest m_setting; // of what is the same for all primitives
+    PageInputs m_setting; // what is the same for all primitives
     std::mutex m_attributes_mutex;
     std::map<const scene::Attributes*, Digest> m_attributes; // which many share
     std::atomic<double> m_dice_time{0}, m_shade_time{0}, m_store_time{0};

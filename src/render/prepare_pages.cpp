@@ -12,12 +12,12 @@ Preparer::Preparer(const GeometryRequest& request) : m_request(request) {
         return;
     const dice::DiceOptions& o = request.dice;
     const dice::DicingCamera& c = o.camera;
-    Digester d;
-    d(store::PageVersion, request.setting, request.classic, request.shutter.open, request.shutter.close);
-    d(o.shading_rate_scale, o.max_grid_cells, o.geometry_tolerance, o.normal_tolerance, o.max_micropolygons);
-    d(c.projection, c.pixels_per_tangent, c.pixel_stretch, c.half_angle, c.near_clip, c.width, c.height,
-      c.middle_x, c.middle_y, c.offscreen_falloff);
-    m_setting = d.digest();
+    m_setting.options = digest_of(store::PageVersion, request.setting, request.classic, request.shutter.open,
+                                  request.shutter.close);
+    m_setting.rates = digest_of(o.shading_rate_scale, o.max_grid_cells, o.geometry_tolerance,
+                                o.normal_tolerance, o.max_micropolygons);
+    m_setting.lens = digest_of(c.projection, c.pixels_per_tangent, c.pixel_stretch, c.half_angle, c.near_clip,
+                               c.width, c.height, c.middle_x, c.middle_y, c.offscreen_falloff);
 }
 
 bool Preparer::take_kept(Prepared& out) {
@@ -33,6 +33,8 @@ bool Preparer::take_kept(Prepared& out) {
     out.page = known->made->page;
     out.empty = known->made->empty;
     m_request.stats.count.primitives_kept += 1;
+    if (m_request.made_again)
+        out.inputs.note_read(known->read, material);
     return true;
 }
 
@@ -110,6 +112,8 @@ bool Preparer::take_stored(Prepared& out) {
         out.empty = stored.empty;
         out.is_stored = true;
         m_request.stats.count.primitives_stored += 1;
+        if (m_request.made_again)
+            out.inputs.note_read(*read, *out.material);
         note_made(std::move(*read), out);
         m_store_time += std::chrono::duration<double>(Clock::now() - start).count();
         return true;
@@ -130,17 +134,24 @@ store::StoredPage Preparer::entry_of(const Prepared& made) const {
     return stored;
 }
 
-// Of all that a page is made of, but for what shaders read of where the primitive stands.
-Digest Preparer::key_of(const scene::Primitive& declared, const shade::Material& material,
-                        const PageFrame& frame, const dice::DiceTarget& target, bool inside_out) {
-    Digester d;
-    d(m_setting);
-    scene::put_shape(d, declared);
-    d(key_of(declared.attributes.get()), material.hash(), frame.page_from_object, frame.cameras, frame.border,
-      target.pixels_per_unit, target.finer, target.instead_from.empty(), inside_out);
+// All that a page is made of, but for what shaders read of where the primitive stands.
+PageInputs Preparer::inputs_of(const scene::Primitive& declared, const shade::Material& material,
+                               const PageFrame& frame, const dice::DiceTarget& target, bool inside_out) {
+    PageInputs inputs = m_setting;
+    Digester shape;
+    scene::put_shape(shape, declared);
+    inputs.shape = shape.digest();
+    inputs.attributes = declared.attributes;
+    inputs.of_attributes = key_of(declared.attributes.get());
+    inputs.material = material.hash();
+    inputs.place = digest_of(frame.page_from_object);
+    inputs.cameras = digest_of(frame.cameras, frame.border, target.pixels_per_unit, target.finer,
+                               target.instead_from.empty());
     if (target.field)
-        d(target.field->lower, target.field->per_unit, std::span<const float>(target.field->factor));
-    return d.digest();
+        inputs.oracle = digest_of(target.field->lower, target.field->per_unit,
+                                  std::span<const float>(target.field->factor));
+    inputs.inside_out = inside_out;
+    return inputs;
 }
 
 Digest Preparer::key_of(const scene::Attributes* attributes) {

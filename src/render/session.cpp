@@ -262,6 +262,8 @@ class Session::Impl {
         return {oracle.primitives(), oracle.seen()};
     }
 
+    const std::vector<MadeAgain::Reason>& made_again() const { return m_kept.made_again.reasons(); }
+
     void close_statistics() {
         Stats& stats = *making().job.stats;
         stats.time.total_s = stats.time.ingest_s +
@@ -362,6 +364,9 @@ void Session::resume(const std::string& path, const Progress& progress) {
 }
 Session::Recorded Session::save_oracle(const std::string& path) const {
     return m->save_oracle(path);
+}
+const std::vector<MadeAgain::Reason>& Session::made_again() const {
+    return m->made_again();
 }
 void Session::close_statistics() {
     m->close_statistics();

@@ -11,6 +11,7 @@
 #include "base/stats.h"
 #include "bvh/bvh.h"
 #include "film/film.h"
+#include "render/made_again.h"
 #include "render/part.h"
 #include "scene/delayed.h"
 #include "scene/schema/options.h"
@@ -91,6 +92,8 @@ class Session {
     Recorded save_oracle(const std::string& path) const;
 
     void close_statistics();
+    // Why the last making has diced and shaded primitives, where pages are kept. The first: "first".
+    const std::vector<MadeAgain::Reason>& made_again() const;
 
   private:
     class Impl;

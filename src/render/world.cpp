@@ -91,6 +91,7 @@ void World::prepare_color() {
     if (m_kept->color.palette && m_kept->of_color == of_color)
         return;
     m_kept->pages.clear();
+    m_kept->made_again.begin("options of colour");
     m_kept->color = make_color_setup(m_job.scene, m_job.options, m_job.journal);
     m_kept->of_color = of_color;
 }
@@ -111,6 +112,7 @@ void World::build() {
 }
 
 void World::build_surfaces() {
+    m_kept->made_again.begin();
     prepare_color();
     if (!m_job.oracle.empty())
         m_oracle = DicingOracle::load(m_job.oracle);
@@ -185,6 +187,7 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;
         request.disk = m_disk.get();
+        request.made_again = m_kept->pages.keeps() ? &m_kept->made_again : nullptr;
         request.setting = digest_of(o.shader_path, o.texture_path, o.strict_directions, o.specular,
                                     o.array_room, m_job.aovs.names());
     }

@@ -13,6 +13,7 @@ namespace kanuka::render {
 struct Kept {
     explicit Kept(bool keeps_pages) : pages(keeps_pages) {}
     PageCache pages;
+    MadeAgain made_again;
     ColorSetup color; // pages name its spectra by number
     Digest of_color;
     std::unique_ptr<Geometry> geometry;

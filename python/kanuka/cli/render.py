@@ -293,11 +293,12 @@ def render(
         folder = named.parent if named else Path()
         written += write_added(picture, scene, folder, frame, next(iter(outputs)))
     total = time.monotonic() - started
+    made_again = shot.session.made_again if shot and shot.session else None
     if arguments.stats:
-        statistics.write(frame.file(arguments.stats), picture, total)
+        statistics.write(frame.file(arguments.stats), picture, total, made_again)
     printer.flush()
     if arguments.verbose:
-        print(statistics.describe(picture, total), file=sys.stderr)
+        print(statistics.describe(picture, total, made_again), file=sys.stderr)
     if arguments.fireflies:
         print(fireflies.describe(picture.stats), file=sys.stderr)
     if not arguments.quiet:

@@ -31,26 +31,32 @@ def machine() -> dict[str, object]:
     }
 
 
-def collect(picture: kanuka.Picture, total_s: float) -> dict[str, object]:
+Again = list[dict[str, object]]  # kanuka.Session.made_again
+
+
+def collect(picture: kanuka.Picture, total_s: float, made_again: Again | None = None) -> dict[str, object]:
     stats = picture.stats or {}
     stats["time"]["total_s"] = total_s  # with start, reading and writing
-    return {**stats, "machine": machine(), "version": kanuka.__version__, "arguments": sys.argv[1:]}
+    again = {} if made_again is None else {"made_again": made_again}
+    return {**stats, **again, "machine": machine(), "version": kanuka.__version__, "arguments": sys.argv[1:]}
 
 
-def describe(picture: kanuka.Picture, total_s: float) -> str:
+def describe(picture: kanuka.Picture, total_s: float, made_again: Again | None = None) -> str:
     """Times, counts and bytes in a few lines, for -v."""
     stats = collect(picture, total_s)
     time, count, bytes_ = stats["time"], stats["count"], stats["bytes"]
     stages = ", ".join(f"{name.removesuffix('_s')} {time[name]:.2f} s" for name in time if name != "total_s")
     counts = ", ".join(f"{value} {name.replace('_', ' ')}" for name, value in count.items() if value)
     sizes = ", ".join(f"{name.replace('_', ' ')} {value / 1e6:.1f} MB" for name, value in bytes_.items())
-    return f"time    {stages}, total {time['total_s']:.2f} s\ncounts  {counts}\nmemory  {sizes}"
+    whys = "; ".join(f"{r['why']} {r['primitives']} ({r['name'] or r['id']})" for r in made_again or ())
+    again = f"\nagain   {whys}" if whys else ""
+    return f"time    {stages}, total {time['total_s']:.2f} s\ncounts  {counts}\nmemory  {sizes}{again}"
 
 
-def write(path: Path, picture: kanuka.Picture, total_s: float) -> None:
+def write(path: Path, picture: kanuka.Picture, total_s: float, made_again: Again | None = None) -> None:
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        temporary.write_text(json.dumps(collect(picture, total_s), indent=2) + "\n")
+        temporary.write_text(json.dumps(collect(picture, total_s, made_again), indent=2) + "\n")
         os.replace(temporary, path)
     except OSError as error:
         temporary.unlink(missing_ok=True)
