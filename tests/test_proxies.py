@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import kanuka
+from conftest import ROOT
 from kanuka import models, proxies, usd
 
 RAMP = "surface ramp() { Ci = color(s, t, 0.25) * diffuse(normalize(N)); Oi = 1; }"
@@ -97,6 +98,16 @@ def test_closed_surfaces_stay_closed(scene: kanuka.Scene, shape: str, displaced:
         assert (faces_of_edges(left["triangles"]) == 2).all()
         assert volume(left["points"], left["triangles"]) == pytest.approx(whole, rel=0.3 if "faces" in limits else 0.03)
         assert len(left["triangles"]) <= limits.get("faces", 1 << 30)
+
+
+@pytest.mark.parametrize("name", ["shapes", "solids", "listings"])
+def test_no_edge_has_more_than_two_faces(name: str) -> None:
+    scene = kanuka.load(str(ROOT / "scenes" / f"{name}.rib"), journal=kanuka.Journal())
+    groups = kanuka.traced_surfaces(scene, resolution=(240, 135), journal=kanuka.Journal())
+    meshes = [mesh for group in groups for mesh in group["surfaces"]]
+    assert len(meshes) > 4
+    for mesh in (*meshes, *kanuka.decimate(meshes, faces=3000)):
+        assert faces_of_edges(mesh["triangles"]).max() <= 2
 
 
 def test_colors_are_those_of_the_shader(scene: kanuka.Scene) -> None:

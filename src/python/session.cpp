@@ -286,6 +286,24 @@ nb::list made_again_of(const Session& session) {
     return all;
 }
 
+void bind_kept(nb::class_<Session>& session) {
+    session
+        .def_prop_ro(
+            "kept", &kept_of, nb::sig("def kept(self) -> dict[str, int]"),
+            "What the last making of the scene had of the one before: 'primitives' there are, "
+            "'primitives_kept' of "
+            "them,\n'primitives_evicted' that were known but had found no room in page_memory and were made "
+            "again, 'primitives_stored'\nthat the store on disk had, and 'hierarchies_kept' (1: nothing was "
+            "built).")
+        .def_prop_ro(
+            "made_again", &made_again_of, nb::sig("def made_again(self) -> list[dict[str, object]]"),
+            "Why the last making of the scene has diced and shaded primitives, which the one before had "
+            "not, or of other\ninputs: dicts of 'why' (\"shape\", \"surface parameter Ks\", \"texture "
+            "wood.tx\", \"camera step\", …), 'primitives', how many, and\n'name', 'id', 'file' and 'line' of "
+            "the first of them. One that has several reasons counts for each. Of the first making: "
+            "\"first\".");
+}
+
 } // namespace
 
 void bind_session(nb::module_& m) {
@@ -371,21 +389,8 @@ void bind_session(nb::module_& m) {
              "As it is now; `cancelled` tells whether paths are still wanted.")
         .def_prop_ro("progressions", &Session::progressions, "Paths that every pixel has.")
         .def_prop_ro("prepared", &Session::prepared, "Can rays be traced, and samples be saved?")
-        .def_prop_ro("wanted", &Session::wanted, "Paths that advance() goes to.")
-        .def_prop_ro(
-            "kept", &kept_of, nb::sig("def kept(self) -> dict[str, int]"),
-            "What the last making of the scene had of the one before: 'primitives' there are, "
-            "'primitives_kept' of "
-            "them,\n'primitives_evicted' that were known but had found no room in page_memory and were made "
-            "again, 'primitives_stored'\nthat the store on disk had, and 'hierarchies_kept' (1: nothing was "
-            "built).")
-        .def_prop_ro(
-            "made_again", &made_again_of, nb::sig("def made_again(self) -> list[dict[str, object]]"),
-            "Why the last making of the scene has diced and shaded primitives, which the one before had "
-            "not, or of other\ninputs: dicts of 'why' (\"shape\", \"surface parameter Ks\", \"texture "
-            "wood.tx\", \"camera step\", …), 'primitives', how many, and\n'name', 'id', 'file' and 'line' of "
-            "the first of them. One that has several reasons counts for each. Of the first making: "
-            "\"first\".");
+        .def_prop_ro("wanted", &Session::wanted, "Paths that advance() goes to.");
+    bind_kept(session);
 }
 
 } // namespace kanuka::python
