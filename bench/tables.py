@@ -6,34 +6,10 @@ import statistics
 from collections.abc import Callable
 
 import intervals
+from cells import NOT_MEASURED, TITLES, show, table
 from goals import all_goals, times
 from results import Results
-
-TITLES = {
-    "load_s": "load",
-    "build_s": "build",
-    "first_picture_s": "first picture",
-    "render_s": "render",
-    "error": "error",
-    "error_x_time": "error × render",
-    "peak_bytes": "peak memory",
-}
-NOT_MEASURED = "(not measured)"
-
-
-def show(name: str, value: object) -> str:
-    if not isinstance(value, int | float):
-        return "–" if value is None else str(value)
-    if name.endswith("_bytes"):
-        return f"{value / 1e9:.2f} GB" if value >= 1e9 else f"{value / 1e6:.0f} MB"
-    return f"{value:.3g} s" if name.endswith("_s") and not name.endswith("per_s") else f"{value:.3g}"
-
-
-def table(head: list[str], rows: list[list[str]]) -> str:
-    if not rows:
-        return NOT_MEASURED
-    lines = ["| " + " | ".join(cells) + " |" for cells in (head, *rows)]
-    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
+from reuse_tables import budgets, edits, oracle, shots, store
 
 
 def goals(results: Results) -> str:
@@ -320,87 +296,6 @@ def stages(results: Results) -> str:
         cells = [show(name, f[name]) for name in names]
         rows.append([scene, *cells, f"{f['rays_per_s'] / 1e6:.2f} M", show("_bytes", f["peak_bytes"])])
     return table(["", "dice", "shade", "BVH", "transport", "first pixel", "all", "rays a second", "peak memory"], rows)
-
-
-def edits(results: Results) -> str:
-    rows = []
-    for _, f in results.of("edits"):
-        whole = f"{f['primitives']} of {f['primitives']}"
-        rows.append(["the first making", whole, "", "yes", show("_s", f["first"]), ""])
-        for name, each in f["edits"].items():
-            again = f"{each['again']} of {f['primitives']}"
-            ratio = times(intervals.Interval(**each["ratio"]))
-            why = ", ".join(each.get("why", ()))
-            built = "yes" if each["hierarchy"] else "no"
-            rows.append([name, again, why, built, show("_s", each["seconds"]), ratio])
-    return table(["edit", "primitives made again", "why", "hierarchy built", "time", "of the first"], rows)
-
-
-def shots(results: Results) -> str:
-    rows = []
-    for scene, f in results.of("shots"):
-        ratio = times(intervals.Interval(**f["ratio"]))
-        rows.append([scene, str(f["frames"]), show("_s", f["alone"]), show("_s", f["together"]), ratio])
-    return table(["", "frames", "one by one", "together", ""], rows)
-
-
-def oracle(results: Results) -> str:
-    rows = []
-    for _, f in results.of("oracle"):
-        same = f["agreement"]
-        rows.append(
-            [
-                f"{f['seen']} of {f['primitives']}",
-                show("_s", f["record_s"]),
-                f"{f['micropolygons']['without']:,}",
-                f"{f['micropolygons']['with']:,}",
-                f"{f['ratio']:.2f}×",
-                times(intervals.Interval(**f["time"])),
-                f"{same['rms_z']:.2f} ({same['rms_limit']:.2f})",
-                f"{same['mean_error']:.2%}",
-            ]
-        )
-    head = [
-        "primitives seen",
-        "record",
-        "vertices shaded",
-        "by the oracle",
-        "",
-        "time",
-        "z r.m.s. (limit)",
-        "means apart",
-    ]
-    return table(head, rows)
-
-
-def budgets(results: Results) -> str:
-    rows = []
-    for _, f in results.of("budgets"):
-        for name, b in f["budgets"].items():
-            rows.append(
-                [
-                    name,
-                    show("_bytes", b["budget_bytes"]),
-                    show("_s", b["build_s"]),
-                    times(intervals.Interval(**b["build_s_ratio"])),
-                    show("_s", b["render_s"]),
-                    times(intervals.Interval(**b["render_s_ratio"])),
-                    show("_bytes", b["peak_bytes"]),
-                ]
-            )
-    head = ["of the geometry", "budget", "build", "over none", "4 samples", "over none", "peak"]
-    return table(head, rows)
-
-
-def store(results: Results) -> str:
-    rows = []
-    for scene, f in results.of("store"):
-        first = times(intervals.Interval(**f["first_picture"]))
-        cells = [show("_s", f[kind]["build_s"]) for kind in ("without", "new", "filled")]
-        ratios = [times(intervals.Interval(**f[name])) for name in ("writing", "reading")]
-        rows.append([scene, cells[0], cells[1], ratios[0], cells[2], ratios[1], first, show("_bytes", f["bytes"])])
-    heads = ["", "without", "with a new one", "over", "with a filled one", "over", "first picture, over", "on disk"]
-    return table(heads, rows)
 
 
 def isles(results: Results) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, files, fireflies, frames, messages, products, scenes, statistics
+from . import checkpoints, exit_codes, files, fireflies, frames, messages, oracle, products, scenes, statistics
 from .exit_codes import ExitCode
 from .progress import ProgressBar, duration
 from .shader_cache import size
@@ -272,9 +272,9 @@ def render(
         "journal": scene.journal,
     }
     if arguments.write_oracle:
-        return write_oracle(scene, options, frame.file(arguments.write_oracle), arguments, bar, printer)
+        return oracle.write(scene, options, frame.file(arguments.write_oracle), arguments, bar, printer)
     if arguments.checkpoint:
-        picture = checkpointed(scene, options, frame.file(arguments.checkpoint), arguments, bar)
+        picture = checkpoints.picture(scene, options, frame.file(arguments.checkpoint), arguments, bar)
     elif shot:
         picture = shot.picture(scene, options, bar)
     else:
@@ -327,49 +327,6 @@ def load(arguments: argparse.Namespace, frame: frames.Frame) -> kanuka.Scene:
         on_demand=arguments.checkpoint is None,
         journal=kanuka.Journal(),
     )
-
-
-def checkpointed(
-    scene: kanuka.Scene, options: dict[str, object], file: Path, arguments: argparse.Namespace, bar: ProgressBar
-) -> kanuka.Picture:
-    """Goes on from `file` if it is there, and keeps the samples in it."""
-
-    def say(text: str) -> None:
-        bar.finish()
-        if not arguments.quiet:
-            print(text, file=sys.stderr)
-
-    session = kanuka.Session(scene, keep_pages=False, part=arguments.part, **options)
-    if file.exists():
-        session.resume(file, progress=bar.update)
-        say(f"goes on from {file}: {session.progressions} of {session.wanted} progressions")
-    try:
-        while not session.advance(seconds=arguments.checkpoint_every, progress=bar.update):
-            session.save(file)
-        session.save(file)
-    except KeyboardInterrupt:
-        if not session.prepared:
-            raise
-        session.save(file)
-        say(f"stopped; the samples so far are in {file}: the same command goes on from there")
-    return session.picture()
-
-
-def write_oracle(
-    scene: kanuka.Scene,
-    options: dict[str, object],
-    file: Path,
-    arguments: argparse.Namespace,
-    bar: ProgressBar,
-    printer: messages.Printer,
-) -> int:
-    found = kanuka.write_oracle(scene, file, progress=bar.update, **options)
-    bar.finish()
-    printer.flush()
-    if not arguments.quiet:
-        print(f"{found['seen']} of {found['primitives']} primitives are seen", file=sys.stderr)
-    print(file)
-    return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
 
 
 def options_of(arguments: argparse.Namespace, frame: frames.Frame) -> dict[str, object]:

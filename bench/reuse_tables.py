@@ -1,0 +1,89 @@
+"""Tables of what is not made twice, and what is not held in memory: edits, shots, the store, oracles, budgets."""
+
+from __future__ import annotations
+
+import intervals
+from cells import show, table
+from goals import times
+from results import Results
+
+
+def edits(results: Results) -> str:
+    rows = []
+    for _, f in results.of("edits"):
+        whole = f"{f['primitives']} of {f['primitives']}"
+        rows.append(["the first making", whole, "", "yes", show("_s", f["first"]), ""])
+        for name, each in f["edits"].items():
+            again = f"{each['again']} of {f['primitives']}"
+            ratio = times(intervals.Interval(**each["ratio"]))
+            why = ", ".join(each.get("why", ()))
+            built = "yes" if each["hierarchy"] else "no"
+            rows.append([name, again, why, built, show("_s", each["seconds"]), ratio])
+    return table(["edit", "primitives made again", "why", "hierarchy built", "time", "of the first"], rows)
+
+
+def shots(results: Results) -> str:
+    rows = []
+    for scene, f in results.of("shots"):
+        ratio = times(intervals.Interval(**f["ratio"]))
+        rows.append([scene, str(f["frames"]), show("_s", f["alone"]), show("_s", f["together"]), ratio])
+    return table(["", "frames", "one by one", "together", ""], rows)
+
+
+def oracle(results: Results) -> str:
+    rows = []
+    for _, f in results.of("oracle"):
+        same = f["agreement"]
+        rows.append(
+            [
+                f"{f['seen']} of {f['primitives']}",
+                show("_s", f["record_s"]),
+                f"{f['micropolygons']['without']:,}",
+                f"{f['micropolygons']['with']:,}",
+                f"{f['ratio']:.2f}×",
+                times(intervals.Interval(**f["time"])),
+                f"{same['rms_z']:.2f} ({same['rms_limit']:.2f})",
+                f"{same['mean_error']:.2%}",
+            ]
+        )
+    head = [
+        "primitives seen",
+        "record",
+        "vertices shaded",
+        "by the oracle",
+        "",
+        "time",
+        "z r.m.s. (limit)",
+        "means apart",
+    ]
+    return table(head, rows)
+
+
+def budgets(results: Results) -> str:
+    rows = []
+    for _, f in results.of("budgets"):
+        for name, b in f["budgets"].items():
+            rows.append(
+                [
+                    name,
+                    show("_bytes", b["budget_bytes"]),
+                    show("_s", b["build_s"]),
+                    times(intervals.Interval(**b["build_s_ratio"])),
+                    show("_s", b["render_s"]),
+                    times(intervals.Interval(**b["render_s_ratio"])),
+                    show("_bytes", b["peak_bytes"]),
+                ]
+            )
+    head = ["of the geometry", "budget", "build", "over none", "4 samples", "over none", "peak"]
+    return table(head, rows)
+
+
+def store(results: Results) -> str:
+    rows = []
+    for scene, f in results.of("store"):
+        first = times(intervals.Interval(**f["first_picture"]))
+        cells = [show("_s", f[kind]["build_s"]) for kind in ("without", "new", "filled")]
+        ratios = [times(intervals.Interval(**f[name])) for name in ("writing", "reading")]
+        rows.append([scene, cells[0], cells[1], ratios[0], cells[2], ratios[1], first, show("_bytes", f["bytes"])])
+    heads = ["", "without", "with a new one", "over", "with a filled one", "over", "first picture, over", "on disk"]
+    return table(heads, rows)
