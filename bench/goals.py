@@ -46,6 +46,7 @@ def all_goals(results: Results) -> list[Goal]:
         store,
         oracle,
         budgets,
+        kills,
         ingest,
     ):
         found += each(results)
@@ -187,6 +188,14 @@ def budgets(results: Results) -> Iterator[Goal]:
     for _, f in results.of("budgets"):
         yield Goal(
             "budgets of memory: pictures", "the same bits", "the same" if f["same"] else "others", yes(f["same"])
+        )
+
+
+def kills(results: Results) -> Iterator[Goal]:
+    for _, f in results.of("kills"):
+        measured = f"{f['kills']} kills, {f['pictures']} pictures, {f['wrong']} with other bits"
+        yield Goal(
+            "killed at random moments", "100 kills, no other bits", measured, yes(f["kills"] >= 100 and not f["wrong"])
         )
 
 

@@ -15,6 +15,7 @@ import hair
 import hierarchy
 import ingest
 import isles
+import kills
 import lanes
 import lights
 import networks
@@ -88,6 +89,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
         Part("isles", scene, about(isles.measure, scene), 300, scene in ("motu", "nested")) for scene in isles.SCENES
     ]
     made += [Part("oracle", "", oracles.measure, 60), Part("budgets", "", budgets.measure, 240)]
+    made += [Part("kills", "", kills.measure, 300)]
     made += [Part("ingest", scene, about(ingest.measure, scene), 60) for scene in ingest.SCENES]
     made += [Part("store", scene, about(storing.measure, scene), 60, scene == "shading") for scene in storing.SCENES]
     made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]

@@ -64,6 +64,10 @@ HEADINGS = {
         "A street, and what stands behind its houses. Until rays can be traced, reading left out; the record serves "
         "all renders.",
     ),
+    "kills": (
+        "Killed a hundred times",
+        "At random moments, with a store and a checkpoint; each render goes on from what is left.",
+    ),
     "budgets": (
         "Budgets of memory",
         "Geometry and hierarchy within a part of what they take, each render a process of its own. Peak: above what "

@@ -87,3 +87,10 @@ def store(results: Results) -> str:
         rows.append([scene, cells[0], cells[1], ratios[0], cells[2], ratios[1], first, show("_bytes", f["bytes"])])
     heads = ["", "without", "with a new one", "over", "with a filled one", "over", "first picture, over", "on disk"]
     return table(heads, rows)
+
+
+def kills(results: Results) -> str:
+    rows = [
+        [str(f["kills"]), str(f["pictures"]), str(f["wrong"]), show("_s", f["seconds"])] for _, f in results.of("kills")
+    ]
+    return table(["kills", "pictures that came of it", "with other bits", "a whole render takes"], rows)

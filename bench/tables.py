@@ -9,7 +9,7 @@ import intervals
 from cells import NOT_MEASURED, TITLES, show, table
 from goals import all_goals, times
 from results import Results
-from reuse_tables import budgets, edits, oracle, shots, store
+from reuse_tables import budgets, edits, kills, oracle, shots, store
 
 
 def goals(results: Results) -> str:
@@ -357,6 +357,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         store,
         oracle,
         budgets,
+        kills,
         isles,
         ingest,
         taken,
