@@ -148,6 +148,33 @@ def test_what_has_no_faces_is_told(scene: kanuka.Scene, tmp_path: Path) -> None:
     assert proxies.export(scene, tmp_path / "a.ply", journal=journal)["primitives"] == 1
 
 
+def test_procedurals_that_wait_are_told(tmp_path: Path) -> None:
+    (tmp_path / "ball.rib").write_text("Sphere 1 -1 1 360\n")
+    rib = tmp_path / "a.rib"
+    rib.write_text(
+        "Translate 0 0 5\nWorldBegin\nSphere 0.1 -0.1 0.1 360\n"
+        f'Procedural "DelayedReadArchive" ["{tmp_path}/ball.rib"] [-1 1 -1 1 -1 1]\nWorldEnd\n'
+    )
+    for on_demand, primitives in ((True, 1), (False, 2)):
+        journal = kanuka.Journal()
+        scene = kanuka.load(str(rib), on_demand=on_demand, journal=kanuka.Journal())
+        done = proxies.export(scene, tmp_path / "a.ply", resolution=(60, 40), journal=journal)
+        assert done["primitives"] == primitives
+        assert any("without on_demand" in m.message for m in journal) == on_demand
+
+
+def test_what_moves_is_where_it_is_when_the_shutter_opens(tmp_path: Path) -> None:
+    rib = tmp_path / "a.rib"
+    rib.write_text(
+        "Shutter 0 1\nTranslate 0 0 5\nWorldBegin\nMotionBegin [0 1]\nTranslate -1 0 0\nTranslate 1 0 0\nMotionEnd\n"
+        "Sphere 0.5 -0.5 0.5 360\nWorldEnd\n"
+    )
+    proxies.export(kanuka.load(str(rib)), tmp_path / "a.obj", resolution=(60, 40))
+    lines = (tmp_path / "a.obj").read_text().splitlines()
+    points = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], float)
+    assert np.allclose([points.min(0), points.max(0)], [[-1.5, -0.5, -0.5], [-0.5, 0.5, 0.5]], atol=0.05)
+
+
 def test_the_same_bits_for_any_number_of_threads(scene: kanuka.Scene, tmp_path: Path) -> None:
     scene.add_sphere(material=bumpy("ramp"))
     scene.add_torus(material="ramp")

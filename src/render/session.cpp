@@ -388,6 +388,10 @@ std::vector<SurfaceGroup> read_surfaces(const scene::Scene& scene, const Overrid
     check_threads(threads);
     Job job = job_of(scene, overrides, journal, stats);
     job.progress = &progress;
+    if (overrides.delayed)
+        journal.warning(job.where(),
+                        "procedurals that wait for rays are left out, since there are none: load the "
+                        "scene without on_demand");
     World world(job, nullptr);
     std::vector<SurfaceGroup> groups;
     tasks::with_threads(threads, [&] {
