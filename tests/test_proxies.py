@@ -206,8 +206,10 @@ def still_life(scene: kanuka.Scene) -> kanuka.Scene:
     return scene
 
 
-def mask(scene: kanuka.Scene) -> np.ndarray:
-    return kanuka.render(scene, progressions=16, integrator="facing", journal=kanuka.Journal())["alpha"]
+def looks(scene: kanuka.Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Silhouettes, and albedo where something is."""
+    picture = kanuka.render(scene, progressions=16, integrator="facing", journal=kanuka.Journal())
+    return picture["alpha"], picture["albedo"]
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".ply", ".usda", ".usd"])
@@ -225,10 +227,13 @@ def test_files_show_the_same(scene: kanuka.Scene, tmp_path: Path, suffix: str) -
     else:
         again = usd.load(path, resolution=scene.resolution, journal=kanuka.Journal())
         again.camera = scene.camera
-    off = np.abs(mask(scene) - mask(again))
-    assert mask(scene).mean() > 0.1
+    (mask, colors), (mask_again, colors_again) = looks(scene), looks(again)
+    off = np.abs(mask - mask_again)
+    assert mask.mean() > 0.1
     assert off.mean() < 0.004
     assert off.max() < 0.7
+    whole = (mask > 0.99) & (mask_again > 0.99)
+    assert np.abs(colors - colors_again)[whole].mean() < 0.03
 
 
 def test_names_and_colors_are_in_files(scene: kanuka.Scene, tmp_path: Path) -> None:
