@@ -85,6 +85,24 @@ def test_threads_stops_and_edits_do_not_change_it(shaders: Path) -> None:
     assert same(session.picture(), whole)
 
 
+def test_a_budget_that_comes_later_counts(shaders: Path, tmp_path: Path) -> None:
+    scene = hills()
+    scene.options.shader_path = [str(shaders)]
+    options = {"progressions": 4, "shading_rate": 0.1}
+    session = kanuka.Session(scene, **options)
+    session.advance()
+    free = session.picture()
+    session.save(tmp_path / "free.state")
+    session.update(memory="100G", **options)
+    with pytest.raises(kanuka.Error, match="another picture"):
+        session.resume(tmp_path / "free.state")
+    session.advance()
+    assert same(session.picture(), rendered(shaders, memory="100G"))
+    session.update(memory="0", **options)  # none: what update() does not say stays
+    session.advance()
+    assert same(session.picture(), free)
+
+
 def test_more_than_the_budget_is_told(shaders: Path) -> None:
     with pytest.warns(kanuka.Warning, match="in memory at once, and its budget is 1"):
         rendered(shaders, memory="1M")

@@ -151,3 +151,23 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         file.write_bytes(whole[:length])
         with pytest.raises(kanuka.Error, match="--write-oracle"):
             kanuka.render(scene, oracle=file)
+
+
+def test_half_a_record_is_none(tmp_path: Path) -> None:
+    def stop(phase: str, _: float) -> None:
+        if phase == "progressions":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        kanuka.write_oracle(hall(), tmp_path / "half.oracle", progress=stop, progressions=4096)
+    assert not list(tmp_path.iterdir())
+
+
+def test_points_that_are_no_numbers(tmp_path: Path) -> None:
+    """Middles of edges that overflow."""
+    scene, file = hall(), tmp_path / "scene.oracle"
+    huge = np.array([[3e38, 0, 0], [3e38, 1, 0], [-3e38, 1, 0]], np.float32)
+    scene.add_mesh(huge, np.array([[0, 1, 2]], np.int32), material="matte", name="huge")
+    kanuka.write_oracle(scene, file)
+    picture = kanuka.render(scene, progressions=1, oracle=file)
+    assert np.isfinite(picture["rgb"]).all()

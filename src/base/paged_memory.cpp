@@ -110,15 +110,26 @@ class Pager {
             return nullptr;
         const std::lock_guard lock(m_mutex);
         Region region{.bytes = bytes, .room = 0, .file = open_nameless(m_folder)};
-        if (region.file < 0 || ftruncate(region.file, off_t(bytes)) != 0 || !add_room(region, room)) {
+        if (region.file < 0 || ftruncate(region.file, off_t(bytes)) != 0) {
+            refuse(room, errno);
             drop(region);
-            m_counts.refused += room;
+            return nullptr;
+        }
+        if (!add_room(region, room)) {
+            refuse(room, m_counts.why);
+            drop(region);
             return nullptr;
         }
         void* const p = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, region.file, 0);
         if (p == MAP_FAILED) {
+            refuse(room, errno);
             drop(region);
             return nullptr;
+        }
+        if (region.room ==
+            region.bytes) { // it is mapped, and grows no more: processes may have few open files
+            close(region.file);
+            region.file = -1;
         }
         m_regions.emplace(static_cast<char*>(p), region);
         m_any = true;
@@ -129,10 +140,10 @@ class Pager {
         Region& region = m_regions.at(static_cast<char*>(p));
         if (bytes <= region.room)
             return true;
-        const size_t more = std::min(region.bytes, bytes + RoomStep);
-        if (add_room(region, more) || add_room(region, bytes))
+        const size_t more = std::min(region.bytes, (bytes / RoomStep + 1) * RoomStep); // whole chunks
+        if (add_room(region, more))
             return true;
-        m_counts.refused += bytes - region.room;
+        refuse(bytes - region.room, m_counts.why);
         return false;
     }
     void keep_within_bound() {
@@ -182,11 +193,17 @@ class Pager {
     bool add_room(Region& region, size_t room) {
         if (room <= region.room)
             return true;
-        if (posix_fallocate(region.file, off_t(region.room), off_t(room - region.room)) != 0)
+        if (const int why = posix_fallocate(region.file, off_t(region.room), off_t(room - region.room))) {
+            m_counts.why = why;
             return false;
+        }
         m_counts.bytes += room - region.room;
         region.room = room;
         return true;
+    }
+    void refuse(size_t bytes, int why) {
+        m_counts.refused += bytes;
+        m_counts.why = why;
     }
     void drop(Region& region) {
         m_counts.bytes -= region.room;
@@ -232,10 +249,10 @@ class Pager {
                 }
             }
             const size_t from = size_t(m_hand - at->first), bytes = std::min(Chunk, at->second.room - from);
-            madvise(m_hand, bytes, MADV_DONTNEED); // of a file that is shared: nothing is lost
+            if (madvise(m_hand, bytes, MADV_DONTNEED) == 0) // of a file that is shared: nothing is lost
+                m_counts.given_back += bytes;
             m_hand += bytes;
             seen += bytes;
-            m_counts.given_back += bytes;
         }
     }
 

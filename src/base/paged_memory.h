@@ -50,7 +50,8 @@ uint64_t room(const MemoryBudget& budget);
 struct Counts {
     uint64_t bytes = 0;      // with room on the disk
     uint64_t given_back = 0; // over all time
-    uint64_t refused = 0;    // for which the disk had no room: they lie in memory that stays
+    uint64_t refused = 0;    // for which no room could be had: they lie in memory that stays
+    int why = 0;             // errno of the last of these
 };
 Counts counts();
 

@@ -19,7 +19,8 @@ struct DensityField {
         float f[3];
         size_t steps[3];
         for (int a = 0; a < 3; a++) {
-            const float x = std::clamp((p[a] - lower[a]) * per_unit[a], 0.0f, float(Cells));
+            const float place = (p[a] - lower[a]) * per_unit[a];
+            const float x = place > 0 ? std::min(place, float(Cells)) : 0.0f; // no number: anywhere
             const int i = std::min(int(x), Cells - 1);
             f[a] = x - float(i);
             first += size_t(i) * step;

@@ -299,3 +299,51 @@ TEST(Rates, FollowWhatArcsTurn) {
                 << degrees << " " << tolerance;
         }
 }
+
+// Factors of an oracle: those of its vertices there, between them on the line, beyond the box as at its
+// border; points that are no numbers have one, too.
+TEST(DensityField, IsTrilinear) {
+    DensityField field;
+    field.lower = {-1, -2, 3};
+    field.per_unit = {4, 2, 8};
+    const auto linear = [](double x, double y, double z) { return 0.5 + 0.25 * x + 0.125 * y - 0.03125 * z; };
+    constexpr int V = DensityField::Vertices;
+    for (int z = 0; z < V; z++)
+        for (int y = 0; y < V; y++)
+            for (int x = 0; x < V; x++)
+                field.factor[size_t((z * V + y) * V + x)] = float(linear(x, y, z));
+    for (double x : {0.0, 0.3, 4.0, 7.9, 8.0})
+        for (double y : {0.0, 2.5, 8.0})
+            for (double z : {0.0, 6.2, 8.0}) {
+                const Vec3f p(float(-1 + x / 4), float(-2 + y / 2), float(3 + z / 8));
+                EXPECT_NEAR(field.at(p), linear(x, y, z), 1e-5);
+            }
+    EXPECT_NEAR(field.at({100, -100, 100}), linear(8, 0, 8), 1e-6);
+    const float none = NAN, far = INFINITY;
+    for (const Vec3f& p : {Vec3f(none, 0, 0), Vec3f(far, none, -far), Vec3f(-far, far, none)}) {
+        const float f = field.at(p);
+        EXPECT_TRUE(f >= 0.25f && f <= 3.5f) << f;
+    }
+}
+
+// Of a density: lengths by the factor in their middle, areas by its square.
+TEST(DensityField, MultipliesWhatTheCameraAsks) {
+    DensityField field;
+    field.lower = {-1, -1, 4};
+    field.per_unit = {4, 4, 4};
+    field.factor.fill(0.5f);
+    DiceTarget target;
+    const Density plain(target, camera(200, 200), 1);
+    target.field = &field;
+    const Density half(target, camera(200, 200), 1);
+    const Vec3f a(0.1f, 0.2f, 5), b(0.15f, 0.25f, 5.1f), c(0.1f, 0.3f, 5);
+    EXPECT_FLOAT_EQ(half.cells(a, b), 0.5f * plain.cells(a, b));
+    EXPECT_FLOAT_EQ(half.area(a, b, c), 0.25f * plain.area(a, b, c));
+    EXPECT_FLOAT_EQ(half.pixels_per_unit(a), 0.5f * plain.pixels_per_unit(a));
+    const Vec3f line[3] = {a, b, c};
+    float with[2], without[2];
+    half.cells(line, 3, with);
+    plain.cells(line, 3, without);
+    for (int i = 0; i < 2; i++)
+        EXPECT_FLOAT_EQ(with[i], 0.5f * without[i]);
+}

@@ -46,8 +46,16 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
     scene->camera.camera = scene->scene.camera;
     scene->options = scene->scene.options;
     scene->begin_editing();
-    for (const auto& p : scene->scene.primitives)
-        scene->next_id = std::max(scene->next_id, p.id + 1);
+    const auto take = [&](int id) { scene->next_id = std::max(scene->next_id, id + 1); };
+    const auto take_all = [&](const auto& of) { // the world, or a group
+        for (const auto& p : of.primitives)
+            take(p.id);
+        for (const auto& in : of.instances)
+            take(in.first_id + int(in.count()) - 1);
+    };
+    take_all(scene->scene);
+    for (const scene::Group& group : scene->scene.groups)
+        take_all(group);
     return scene;
 }
 

@@ -252,7 +252,8 @@ nb::dict write_oracle(std::shared_ptr<Scene> scene, const std::filesystem::path&
         throw nb::value_error("write_oracle: integrator: oracles are recorded by footprints");
     keywords["integrator"] = "footprints";
     Session session(std::move(scene), {.records_oracle = true}, "write_oracle", keywords);
-    session.whole_picture(of_call.progress);
+    // Ctrl-C: half a record would say that half of the scene is not seen.
+    session.advance(std::nullopt, std::nullopt, of_call.progress);
     const render::Session::Recorded recorded = session.save_oracle(path);
     nb::dict found;
     found["primitives"] = recorded.primitives;

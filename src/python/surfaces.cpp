@@ -32,9 +32,8 @@ void put_mesh(nb::dict& to, geom::ColoredMesh&& mesh) {
     to["triangles"] = rows<uint32_t>(std::move(mesh.triangles), 3);
 }
 
-nb::object matrices(const std::vector<float>& values) {
-    std::vector<float> copy = values;
-    return rows<float>(std::move(copy), 12).attr("reshape")(-1, 3, 4);
+nb::object matrices(std::vector<float>&& values) {
+    return rows<float>(std::move(values), 12).attr("reshape")(-1, 3, 4);
 }
 
 // ---- what scenes became -----------------------------------------------------------------------------------
@@ -73,8 +72,8 @@ nb::list traced_surfaces(std::shared_ptr<Scene> scene, const nb::kwargs& keyword
             put_mesh(each, std::move(surface.mesh));
             surfaces.append(each);
         }
-        for (const auto& [child, places] : group.instances)
-            instances.append(nb::make_tuple(child, matrices(places)));
+        for (auto& [child, places] : group.instances)
+            instances.append(nb::make_tuple(child, matrices(std::move(places))));
         entry["surfaces"] = surfaces;
         entry["instances"] = instances;
         list.append(entry);

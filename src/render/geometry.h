@@ -47,15 +47,16 @@ struct GeometryRequest {
     const Progress& progress;
     const Linking& linking;
     std::vector<bvh::Scene::Plane> clips; // in render space
-    uint64_t memory;                      // that there is
+    uint64_t memory;                      // that there is for geometry
     size_t store_window = store::Store::LargestWindow;
-    bool classic = false;                 // surfaces light nothing, but for area lights
-    PageCache* pages = nullptr;           // what was made before; null = nothing is kept
-    store::DiskStore* disk = nullptr;     // with `pages`; null = none
-    const DicingOracle* oracle = nullptr; // null = the camera alone says how finely
-    uint64_t memory_budget = 0;           // that pages come and go within; 0 = none
-    Digest setting = {};                  // of what all materials depend on; for keys of pages
-    MadeAgain* made_again = nullptr;      // with `pages`; null = nobody asks why
+    bool classic = false;                   // surfaces light nothing, but for area lights
+    PageCache* pages = nullptr;             // what was made before; null = nothing is kept
+    store::DiskStore* disk = nullptr;       // with `pages`; null = none
+    const DicingOracle* oracle = nullptr;   // null = the camera alone says how finely
+    uint64_t working_memory = ~uint64_t(0); // and for primitives on the way to the store
+    uint64_t memory_budget = 0;             // that pages come and go within; 0 = none
+    Digest setting = {};                    // of what all materials depend on; for keys of pages
+    MadeAgain* made_again = nullptr;        // with `pages`; null = nobody asks why
 };
 
 // Thread count changes nothing in what is built.

@@ -105,7 +105,10 @@ void PageInputs::note_read(const shade::SpacesRead& what, const shade::Material&
 }
 
 void MadeAgain::begin(std::string all) {
+    constexpr uint64_t Remembered = 4; // makings, some of which may have been cancelled
     m_is_first = m_known.empty();
+    m_making++;
+    std::erase_if(m_known, [&](const auto& known) { return known.second.making + Remembered < m_making; });
     m_all = std::move(all);
     m_reasons.clear();
     m_place.clear();
@@ -163,7 +166,7 @@ void MadeAgain::note(const scene::Primitive& primitive, PageInputs now,
             m_reasons.push_back({why, 0, name_of(primitive), primitive.id, primitive.where});
         m_reasons[place->second].primitives++;
     }
-    m_known[primitive.id] = {name_of(primitive), std::move(now)};
+    m_known[primitive.id] = {name_of(primitive), std::move(now), m_making};
 }
 
 } // namespace kanuka::render

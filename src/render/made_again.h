@@ -54,12 +54,14 @@ class MadeAgain {
     struct Known {
         std::string name;
         PageInputs inputs;
+        uint64_t making; // number of the last that had it
     };
-    std::map<int, Known> m_known;          // of the last making that had it
+    std::map<int, Known> m_known;          // what makings have not had for a while is forgotten
     std::map<std::string, size_t> m_place; // among the reasons
     std::vector<Reason> m_reasons;
     std::string m_all;
     bool m_is_first = true;
+    uint64_t m_making = 0;
 };
 
 } // namespace kanuka::render

@@ -230,7 +230,9 @@ void OracleRecorder::note(const transport::Footprint& footprint) {
     size_t cell = 0;
     for (int a = 2; a >= 0; a--) {
         const float x = (in_object[a] - entry.lower[a]) * entry.per_unit[a];
-        cell = cell * DicingOracle::Cells + size_t(std::clamp(x, 0.0f, float(DicingOracle::Cells - 1)));
+        const float inside =
+            x > 0 ? std::min(x, float(DicingOracle::Cells - 1)) : 0.0f; // no number: anywhere
+        cell = cell * DicingOracle::Cells + size_t(inside);
     }
     Seen* seen = entry.seen;
     if (!seen) {
@@ -241,7 +243,10 @@ void OracleRecorder::note(const transport::Footprint& footprint) {
             entry.seen = seen = m_all.back().get();
         }
     }
-    const uint8_t code = DicingOracle::code_of(wanted / std::max(asked, 1e-30f));
+    const float factor = wanted / std::max(asked, 1e-30f);
+    if (!(factor >= 0))
+        return;
+    const uint8_t code = DicingOracle::code_of(factor);
     for (uint8_t most = seen->most[cell]; code > most && !seen->most[cell].compare_exchange_weak(most, code);)
         ;
 }

@@ -49,6 +49,7 @@ uint64_t shaded_bytes(const grid::LayeringProgram& program, size_t steps) {
 // Before a primitive is diced and after: a run of them may be more than there is memory.
 void Preparer::refuse_more_than_fits() const {
     refuse_geometry_that_cannot_fit(m_resident + m_prepared, m_request.memory);
+    refuse_geometry_that_cannot_fit(m_prepared, m_request.working_memory);
 }
 
 void Preparer::prepare(const scene::Primitive& declared, const Transform& parent_from_group,
@@ -126,7 +127,8 @@ shade::SpacesRead Preparer::dice_and_shade(const scene::Primitive& declared,
     uint64_t in_flight = 0;
     target.fits = [&](uint64_t bytes, uint64_t vertices) {
         in_flight = bytes + vertices * shaded_bytes(material.program(), 1 + target.later.size());
-        return m_resident + m_prepared + in_flight <= m_request.memory;
+        return m_resident + m_prepared + in_flight <= m_request.memory &&
+               m_prepared + in_flight <= m_request.working_memory;
     };
     shade::SpacesLog log;
     std::atomic<double> displacing{0};
@@ -145,8 +147,10 @@ shade::SpacesRead Preparer::dice_and_shade(const scene::Primitive& declared,
     }
     dice::Diced diced = dice::dice(primitive, target, options, displace, m_request.journal);
     if (diced.too_large)
-        refuse_primitive_that_cannot_fit(declared.where, in_flight, m_resident + m_prepared,
-                                         m_request.memory);
+        refuse_primitive_that_cannot_fit(declared.where, in_flight,
+                                         m_request.memory_budget > 0 ? m_prepared.load()
+                                                                     : m_resident + m_prepared,
+                                         std::min(m_request.memory, m_request.working_memory));
     const double dicing = seconds_since(start);
     const auto shading_start = Clock::now();
     shade_and_encode(primitive, diced, material, inside_out, log, out);

@@ -1,6 +1,7 @@
 #include "render/session.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "base/cancel.h"
 #include "base/tasks.h"
@@ -127,7 +128,7 @@ struct Making {
         // Where pixels stop is decided by what the picture looks like.
         const float exposure = job.options.adaptive > 0 ? float(world->color().exposure.factor()) : 0.0f;
         return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, exposure, job.camera,
-                         job.shot, job.shading_rate, job.aovs.names(), job.aovs.expressions(),
+                         job.shot, job.shading_rate, job.pages_from, job.aovs.names(), job.aovs.expressions(),
                          world->classic(), lighting->key());
     }
 
@@ -286,7 +287,8 @@ class Session::Impl {
         if (refused > 0)
             m_journal->warning(
                 making().job.where(),
-                "the disk of the scratch files is full: " + std::to_string(refused >> 20) +
+                "scratch files cannot grow (" + std::string(std::strerror(paged_memory::counts().why)) +
+                    "): " + std::to_string(refused >> 20) +
                     " MB stay in memory, whatever its budget; KANUKA_SCRATCH names another folder");
     }
     // The budget is for what is large; the rest is told where it is more than that.
@@ -387,6 +389,7 @@ std::vector<SurfaceGroup> read_surfaces(const scene::Scene& scene, const Overrid
     const int threads = overrides.threads.value_or(0);
     check_threads(threads);
     Job job = job_of(scene, overrides, journal, stats);
+    const paged_memory::Hold hold(job.memory_budget);
     job.progress = &progress;
     if (overrides.delayed)
         journal.warning(job.where(),

@@ -109,9 +109,10 @@ class SurfaceReader {
             if (m_progress.cancelled())
                 return;
             const Found& found = m_found[i];
-            groups[found.group].surfaces[found.surface].mesh =
-                Weld(m_geometry.store, m_albedos).run(found.first, found.count);
+            Weld weld(m_geometry.store, m_albedos);
+            groups[found.group].surfaces[found.surface].mesh = weld.run(found.first, found.count);
             const std::lock_guard lock(mutex);
+            m_nowhere += weld.nowhere();
             m_progress.update("weld", double(++done) / double(m_found.size()));
         });
     }
@@ -124,6 +125,7 @@ class SurfaceReader {
         };
         left_out(m_fibres,
                  " primitives of curves or points are round fibres, which have no faces: they are left out");
+        left_out(m_nowhere, " faces have a corner that is no number: they are left out");
         left_out(m_volumes, " volumes have no surface: they are left out");
         if (has_solids)
             m_journal.warning(where, "surfaces of solids are whole, with what set operations take away");
@@ -138,7 +140,7 @@ class SurfaceReader {
     const Progress& m_progress;
     std::map<int, const scene::Primitive*> m_primitives; // by id
     std::vector<Found> m_found;
-    size_t m_fibres = 0, m_volumes = 0;
+    size_t m_fibres = 0, m_volumes = 0, m_nowhere = 0;
 };
 
 } // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace kanuka::render {
 
@@ -263,6 +264,13 @@ void Weld::color(uint32_t vertex, const Rgb& rgb) {
 void Weld::face(const Part& part, uint32_t a, uint32_t b, uint32_t c) {
     if (a == b || b == c || c == a)
         return;
+    for (const uint32_t corner : {a, b, c}) {
+        const Vec3f& p = m_mesh.points[corner];
+        if (!std::isfinite(p.x + p.y + p.z)) {
+            m_nowhere++;
+            return;
+        }
+    }
     if (!part.outward)
         std::swap(b, c);
     m_mesh.triangles.insert(m_mesh.triangles.end(), {a, b, c});

@@ -21,6 +21,7 @@ class Weld {
     Weld(const store::Store& store, const Albedos& albedos) : m_store(store), m_albedos(albedos) {}
     // Shapes that are no fibres.
     geom::ColoredMesh run(int first, int count);
+    size_t nowhere() const { return m_nowhere; } // faces with a corner that is no number, which were left out
 
   private:
     struct Part { // of a shape
@@ -78,6 +79,7 @@ class Weld {
     std::unordered_map<std::array<uint32_t, 3>, uint32_t, HashOfPlace>
         m_vertices; // by the bits of their place
     std::map<std::array<uint32_t, 2>, Segment> m_segments;
+    size_t m_nowhere = 0;
     geom::ColoredMesh m_mesh;       // colours are sums
     std::vector<uint32_t> m_colors; // how many there are in each
 };

@@ -181,6 +181,7 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
                             m_job.geometry_memory,
                             m_job.store_window,
                             m_classic};
+    request.working_memory = m_job.memory;
     request.memory_budget = m_job.memory_budget.bytes;
     request.oracle = m_oracle ? &*m_oracle : nullptr;
     if (m_has_keys) {
@@ -208,7 +209,8 @@ void World::build_bvh() {
     m_job.progress->update("build", 0);
     const int times = std::max(1, int(m_camera.motion.size() / 12));
     Digester key;
-    key(m_geometry->key, m_job.options.watertight, times, m_camera.origin);
+    key(m_geometry->key, m_job.options.watertight, times, m_camera.origin, m_job.pages_from,
+        m_job.memory_budget.bytes > 0);
     for (const bvh::Scene::Plane& p : m_clips)
         key(p.point, p.normal);
     m_of_bvh = key.digest();
@@ -277,7 +279,9 @@ uint64_t World::resident_bytes() const {
 
 uint64_t World::add_part(const scene::Scene& part) {
     m_linking->add(part, m_job.journal);
-    extend_geometry(request_for(part), *m_geometry);
+    GeometryRequest request = request_for(part);
+    request.oracle = nullptr; // ids of what rays have met go by the order in which they did
+    extend_geometry(request, *m_geometry);
     return resident_bytes();
 }
 

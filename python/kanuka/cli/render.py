@@ -324,7 +324,7 @@ def load(arguments: argparse.Namespace, frame: frames.Frame) -> kanuka.Scene:
         repeat=frame.repeat,
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
-        on_demand=arguments.checkpoint is None,
+        on_demand=not (arguments.checkpoint or arguments.oracle or arguments.write_oracle),
         journal=kanuka.Journal(),
     )
 
