@@ -49,7 +49,7 @@ def oracle(results: Results) -> str:
     head = [
         "primitives seen",
         "record",
-        "vertices shaded",
+        "micropolygons",
         "by the oracle",
         "",
         "time",
