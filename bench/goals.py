@@ -47,6 +47,7 @@ def all_goals(results: Results) -> list[Goal]:
         oracle,
         budgets,
         kills,
+        isles,
         ingest,
     ):
         found += each(results)
@@ -197,6 +198,14 @@ def kills(results: Results) -> Iterator[Goal]:
         yield Goal(
             "killed at random moments", "100 kills, no other bits", measured, yes(f["kills"] >= 100 and not f["wrong"])
         )
+
+
+def isles(results: Results) -> Iterator[Goal]:
+    for _, f in results.of("isles"):
+        if f.get("scale") == 1:
+            peak, each = f["peak_bytes"], f["bytes_each"]
+            yield Goal("the island at scale 1: memory", "≤ 20 GB", f"{peak / 1e9:.1f} GB", yes(peak <= 20e9))
+            yield Goal("the island at scale 1: an instance", "≤ 100 bytes", f"{each:.1f} bytes", yes(each <= 100))
 
 
 def ingest(results: Results) -> Iterator[Goal]:

@@ -305,6 +305,20 @@ void bind_kept(nb::class_<Session>& session) {
             "\"first\".");
 }
 
+void bind_oracle(nb::module_& m) {
+    static const std::string sig = "def write_oracle(scene: Scene, path: str | os.PathLike, *" +
+                                   keyword_signature(render_keywords()) + ") -> dict[str, int]";
+    define(m, "write_oracle", &write_oracle, nb::arg("scene"), nb::arg("path"), nb::arg("keywords"),
+           nb::sig(sig.c_str()),
+           "Records how finely each part of each primitive is looked at: by the camera, in mirrors and "
+           "through glass, by "
+           "bounces and\nin shadows. render(oracle=path) dices by that. Takes the arguments of render(); "
+           "where they are not "
+           "given, progressions\nare 4 and shading_rate is 16. What moves is not recorded. Returns how many "
+           "'primitives' there "
+           "are, and how many were 'seen'.");
+}
+
 } // namespace
 
 void bind_session(nb::module_& m) {
@@ -315,8 +329,6 @@ void bind_session(nb::module_& m) {
                 keyword_doc(render_keywords()) +
                 "\n\nCtrl-C stops early and returns what is there, with `cancelled` set. What is missing or "
                 "replaced is a kanuka.Warning,\nand in the picture's journal.",
-        sig_of_oracle =
-            "def write_oracle(scene: Scene, path: str | os.PathLike, *" + arguments + ") -> dict[str, int]",
         sig_of_session =
             "def __init__(self, scene: Scene, *, keep_pages: bool = True, page_memory: float | None = None, "
             "part: tuple[int, int] | None = None" +
@@ -324,15 +336,7 @@ void bind_session(nb::module_& m) {
         sig_of_update = "def update(self, scene: Scene | None = None, *" + arguments + ") -> None";
     define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
 
-    define(m, "write_oracle", &write_oracle, nb::arg("scene"), nb::arg("path"), nb::arg("keywords"),
-           nb::sig(sig_of_oracle.c_str()),
-           "Records how finely each part of each primitive is looked at: by the camera, in mirrors and "
-           "through glass, by "
-           "bounces and\nin shadows. render(oracle=path) dices by that. Takes the arguments of render(); "
-           "where they are not "
-           "given, progressions\nare 4 and shading_rate is 16. What moves is not recorded. Returns how many "
-           "'primitives' there "
-           "are, and how many were 'seen'.");
+    bind_oracle(m);
     define(
         m, "check_layer", [](const std::string& text) { check_layer(text, "text"); }, nb::arg("text"),
         "Raises ValueError if `text` is a light path expression that cannot be read, with the column, what "

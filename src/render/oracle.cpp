@@ -118,9 +118,13 @@ DicingOracle DicingOracle::load(const std::string& path) {
     const std::unique_ptr<std::FILE, Closer> file(std::fopen(path.c_str(), "rb"));
     if (!file)
         throw Error(Location{path}, std::string("cannot be opened: ") + std::strerror(errno));
-    std::fseek(file.get(), 0, SEEK_END);
+    const auto seek = [&](long to, int from) {
+        if (std::fseek(file.get(), to, from) != 0)
+            throw Error(Location{path}, std::string("cannot be read: ") + std::strerror(errno));
+    };
+    seek(0, SEEK_END);
     const uint64_t size = uint64_t(std::max<long>(std::ftell(file.get()), 0));
-    std::rewind(file.get());
+    seek(0, SEEK_SET);
     Digester sum;
     const auto read = [&](void* data, size_t bytes) {
         if (bytes > 0 && std::fread(data, bytes, 1, file.get()) != 1)
