@@ -164,7 +164,30 @@ DicingOracle DicingOracle::load(const std::string& path) {
 // ---- what is found
 
 struct OracleRecorder::Seen {
-    std::array<std::atomic<uint8_t>, std::tuple_size_v<DicingOracle::Lattice>> most{};
+    using Counts = std::array<std::atomic<uint16_t>, DicingOracle::Codes>; // of hits, by what they want
+    std::array<Counts, std::tuple_size_v<DicingOracle::Lattice>> cells{};
+
+    void count(size_t cell, uint8_t code) {
+        std::atomic<uint16_t>& n = cells[cell][size_t(code - DicingOracle::LeastCode)];
+        for (uint16_t seen = n; seen < UINT16_MAX && !n.compare_exchange_weak(seen, uint16_t(seen + 1));)
+            ;
+    }
+    // The least that all but a tenth are content with; 0 = nobody came.
+    uint8_t code(size_t cell) const {
+        constexpr uint32_t Part = 10;
+        uint32_t all = 0, finer = 0;
+        for (const auto& n : cells[cell])
+            all += n;
+        if (all == 0)
+            return 0;
+        int k = DicingOracle::Codes - 1;
+        for (; k > 0; k--) {
+            finer += cells[cell][size_t(k)];
+            if (finer * Part > all)
+                break;
+        }
+        return uint8_t(DicingOracle::LeastCode + k);
+    }
 };
 
 OracleRecorder::~OracleRecorder() = default;
@@ -250,9 +273,7 @@ void OracleRecorder::note(const transport::Footprint& footprint) {
     const float factor = wanted / std::max(asked, 1e-30f);
     if (!(factor >= 0))
         return;
-    const uint8_t code = DicingOracle::code_of(factor);
-    for (uint8_t most = seen->most[cell]; code > most && !seen->most[cell].compare_exchange_weak(most, code);)
-        ;
+    seen->count(cell, DicingOracle::code_of(factor));
 }
 
 DicingOracle OracleRecorder::result() const {
@@ -263,7 +284,7 @@ DicingOracle OracleRecorder::result() const {
         const Seen* const seen = entry->seen;
         DicingOracle::Lattice lattice;
         for (size_t i = 0; seen && i < lattice.size(); i++)
-            lattice[i] = seen->most[i];
+            lattice[i] = seen->code(i);
         oracle.add(entry->key, seen ? &lattice : nullptr);
     }
     return oracle;

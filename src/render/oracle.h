@@ -26,9 +26,10 @@ class DicingOracle {
   public:
     static constexpr int Cells = dice::DensityField::Cells;
     using Lattice = std::array<uint8_t, size_t(Cells) * Cells * Cells>; // codes of factors; x runs fastest
-    // Factors in steps of a quarter of an octave; 0 = no ray came here.
-    static constexpr int StepsAnOctave = 4, One = 128;
+    // Factors in steps of half an octave; 0 = no ray came here.
+    static constexpr int StepsAnOctave = 2, One = 128;
     static constexpr float Least = 1.0f / 8, Most = 4;
+    static constexpr int Codes = 5 * StepsAnOctave + 1, LeastCode = One - 3 * StepsAnOctave;
     static uint8_t code_of(float factor); // rounded up
     static float factor_of(uint8_t code);
 
@@ -47,8 +48,9 @@ class DicingOracle {
     std::vector<Lattice> m_lattices;
 };
 
-// Hits of a quick render, primitive by primitive: of each cell of its box the most that a ray wants, over
-// what the camera asks for there. Maxima do not depend on the order of hits.
+// Hits of a quick render, primitive by primitive: of each cell of its box how finely rays want it, over what
+// the camera asks for there. A tenth of the rays may want it finer than it becomes: those that are about to
+// come to a focus, and others of no weight. Counts do not depend on the order of hits.
 class OracleRecorder final : public transport::FootprintLog {
   public:
     // `camera`: that primitives of the world are diced for, in render space. What moves is not recorded.
