@@ -73,9 +73,10 @@ class Integrator {
             const Vec3f d(hit.d.x[i], hit.d.y[i], hit.d.z[i]), n(hit.N.x[i], hit.N.y[i], hit.N.z[i]);
             if (stage.at().number > 0) {
                 const float mis = hit.ray[PathQueue::Mis][i]; // over the density, but for smooth lobes
-                cone.spread = mis > 0                   ? Share * std::sqrt(mis / float(Wavelengths))
-                              : dot(d, cone.normal) > 0 ? cone.reflected
-                                                        : cone.refracted;
+                const float smooth = dot(d, cone.normal) > 0 ? cone.reflected : cone.refracted;
+                const float rough = Share * std::sqrt(std::max(mis, 0.0f) / float(Wavelengths));
+                // A light's spread is its own; a lobe adds to what came in.
+                cone.spread = cone.ends || rough > std::abs(smooth) ? rough : smooth;
             }
             cone.width += cone.spread * hit.t[i];
             if (log)
