@@ -25,6 +25,9 @@ struct MaterialCode {
         int word = -1, half = 0; // -1: not given, `fallback` holds
         bool wide = false;       // a colour without upper bound
         grid::Between between = grid::Between::Linear;
+        // What instances may change: nothing (what the tracer reads, too), or which variant it is of; of
+        // inputs of lobes more.
+        enum class Varies : uint8_t { No, ByVariant, Tinted, Rougher } varies = Varies::No;
         Vec3f fallback{0, 0, 0};
     };
     struct Node {
@@ -66,6 +69,9 @@ struct MaterialCode {
     std::vector<Aov> aovs;
     int leaves = 0;
     int words = 0; // of a vertex record; the normal's table entry follows
+    int variants = 1;
+    // Of a slot table, where the words of a variant begin.
+    int first_entry(int variant) const { return variant == 0 ? 0 : variant * words + (has_tangent ? 2 : 1); }
     bool dispersive = false, transmits = false, has_coat = false;
     bool has_tangent = false; // its table entry follows the normal's
     bool absorbs = false;     // a coat takes from what crosses it
@@ -80,6 +86,7 @@ struct MaterialCode {
         const grid::WordLayout layout(program);
         words = int(layout.words.size());
         has_tangent = program.needs_tangent();
+        variants = program.variants;
         for (const grid::LayerNode& n : program.nodes)
             add_node(program, layout, n);
         if (nodes.size() > size_t(MaxNodes) || leaves > MaxLobes)
@@ -117,13 +124,18 @@ struct MaterialCode {
     void add_node(const grid::LayeringProgram& program, const grid::WordLayout& layout,
                   const grid::LayerNode& n) {
         Node node{n.op, n.lobe, n.upper, n.lower};
+        using Varies = Place::Varies;
         node.weight = place_of(program, layout, n.weight, Vec3f(1, 1, 1));
+        node.weight.varies = Varies::ByVariant;
         if (n.op == grid::LayerOp::Lobe) {
             const grid::LobeDecl& decl = grid::lobe(n.lobe);
             node.input_count = int(decl.inputs.size());
             for (size_t i = 0; i < decl.inputs.size(); i++) {
                 node.inputs[i] = place_of(program, layout, i < n.inputs.size() ? n.inputs[i] : -1,
                                           decl.inputs[i].fallback);
+                node.inputs[i].varies = decl.inputs[i].body                  ? Varies::Tinted
+                                        : decl.inputs[i].name == "roughness" ? Varies::Rougher
+                                                                             : Varies::ByVariant;
                 node.inputs[i].wide = decl.inputs[i].storage == grid::Storage::Amount;
                 node.given |= uint32_t(node.inputs[i].word >= 0) << i;
                 node.colors |= uint32_t(decl.inputs[i].type == grid::InputType::Color) << i;
@@ -150,12 +162,17 @@ struct MaterialCode {
             opacity[c] = place(program.opacity[c], Vec3f(1, 1, 1));
         air = program.air;
         ambient = place(program.ambient, Vec3f(0, 0, 0));
-        for (const grid::LitBy& l : program.lit_by)
+        ambient.varies = Place::Varies::Tinted;
+        for (const grid::LitBy& l : program.lit_by) {
             lit_by.push_back({l.light, place(l.slot, Vec3f(0, 0, 0))});
+            lit_by.back().amount.varies = Place::Varies::ByVariant;
+        }
         for (const grid::Aov& a : program.aovs) {
             Aov aov{3 * a.index, a.components, {}};
-            for (int c = 0; c < a.components; c++)
+            for (int c = 0; c < a.components; c++) {
                 aov.places[c] = place(a.slots[size_t(c)], Vec3f(0, 0, 0));
+                aov.places[c].varies = Place::Varies::ByVariant;
+            }
             aovs.push_back(aov);
         }
     }

@@ -227,6 +227,7 @@ class Builder {
         in->target = &m_groups[target];
         in->places = desc.places;
         in->paths = desc.paths;
+        in->variations = desc.variations;
         in->child = box_of(*in->target);
         if (in->paths.empty())
             in->clusters = cluster_instances(in->places, in->child);

@@ -36,6 +36,9 @@ struct GroupDesc {
         std::span<const MotionPath> paths = {};
         int first_slot = Unnumbered; // within the group; see number_emitters()
         bool bounds_solid = false;   // parts of the surfaces of solids
+        // What HitPacket::variation is in each place, or of each path; empty = what it is around. Must
+        // outlive the scene.
+        std::vector<int32_t> variations = {};
 
         bool stands_still() const { return paths.empty() && !bounds_solid; }
     };
@@ -93,12 +96,14 @@ struct HitPacket {
     Float<W> magnitude;
     Int<W>
         slot_shift; // where instanced: added to the number of an emitter, its slot; negative sums have none
+    Int<W>
+        variation; // of the innermost instance that has one (GroupDesc::Instances::variations); 0 = none has
 
     void clear(Float<W> t_max) { // no hits
         hit = Mask<W>(false);
         t = t_max, u = v = Float<W>(0.0f);
         Ng = {u, u, u};
-        shape = prim = instanced = slot_shift = Int<W>(0);
+        shape = prim = instanced = slot_shift = variation = Int<W>(0);
         magnitude = u;
     }
 };

@@ -55,6 +55,7 @@ struct Instances {
     LargeVector<Cluster> clusters; // still ones, by primID; moving ones are primitives themselves
     // Moving ones: bounds at `steps` even times, which hold everything in between when interpolated.
     std::span<const MotionPath> paths;
+    std::span<const int32_t> variations; // GroupDesc::Instances has the same
     int steps = 1;
     std::vector<Bounds3f> bounds; // of an instance, step by step
 };
@@ -67,6 +68,7 @@ struct Context {
     float* hit_magnitude; // HitPacket::magnitude
     int32_t* hit_group;
     int32_t* hit_slot_shift;
+    int32_t* hit_variation;
     const int32_t* passes; // null: shadow linking is not asked for
     const int32_t* camera;
     const float* level;
@@ -79,6 +81,7 @@ struct Context {
     // Of the levels below the world, for the ray in question.
     const float *parent_from_current[MaxDepth + 1], *current_from_parent[MaxDepth + 1];
     int32_t slot[MaxDepth + 1]; // where the numbers of emitters in the current group begin
+    int32_t variation[MaxDepth + 1];
 
     Beholder beholder(unsigned ray_id) const {
         return {seeds[ray_id], passes ? passes[ray_id] : 0, camera[ray_id], level[ray_id],
@@ -103,6 +106,7 @@ struct Crossings {
         const Geometry* geometry;
         Matrix world_from_shape;
         float magnitude;
+        int32_t variation;
     };
     std::vector<Crossing> all;
     std::vector<Place> places;

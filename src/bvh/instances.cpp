@@ -101,6 +101,9 @@ class Passage {
         context.known = std::min(context.known, context.depth);
         context.parent_from_current[context.depth + 1] = way.up.data();
         context.current_from_parent[context.depth + 1] = way.down.data();
+        context.variation[context.depth + 1] = in.variations.empty() || in.variations[instance] == 0
+                                                   ? context.variation[context.depth]
+                                                   : in.variations[instance];
         const int32_t above = context.slot[context.depth++];
         context.slot[context.depth] = above < 0 || in.first_slot < 0
                                           ? GroupDesc::Unnumbered
@@ -225,6 +228,7 @@ float intersect_one(Context& context, const Instances& in, const Passage& passag
         context.hit_magnitude[r.id] = magnitude_at(
             context, {r.org_x + r.tfar * r.dir_x, r.org_y + r.tfar * r.dir_y, r.org_z + r.tfar * r.dir_z});
         context.hit_group[r.id] = in.group;
+        context.hit_variation[r.id] = context.variation[context.depth];
         const int32_t slot = context.slot[context.depth];
         context.hit_slot_shift[r.id] =
             slot < 0 || in.first_emitter < 0 ? std::numeric_limits<int32_t>::min() : slot - in.first_emitter;

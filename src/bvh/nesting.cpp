@@ -28,6 +28,16 @@ void append(std::vector<float>& matrices, const Places& places, size_t i) {
     matrices.insert(matrices.end(), one.begin(), one.end());
 }
 
+// Of those that are kept, by number.
+void keep_variations(GroupDesc::Instances& in, const std::vector<size_t>& kept) {
+    if (in.variations.empty())
+        return;
+    std::vector<int32_t> of_kept;
+    for (const size_t i : kept)
+        of_kept.push_back(in.variations[i]);
+    in.variations = std::move(of_kept);
+}
+
 // ---- copies in one place
 
 struct Placement {
@@ -58,6 +68,7 @@ uint64_t merge_copies(GroupDesc& group, std::vector<std::vector<float>>& room) {
         if (!is_still(in))
             continue;
         std::vector<float> kept;
+        std::vector<size_t> numbers;
         uint64_t gone = 0;
         for (size_t i = 0; i < in.places.size(); i++) {
             const bool first =
@@ -66,10 +77,13 @@ uint64_t merge_copies(GroupDesc& group, std::vector<std::vector<float>>& room) {
                 kept.assign(in.places.matrices.begin(), in.places.matrices.begin() + ptrdiff_t(12 * i));
             if (first && gone > 0)
                 append(kept, in.places, i);
+            if (first)
+                numbers.push_back(i);
         }
         if (gone == 0)
             continue;
         merged += gone;
+        keep_variations(in, numbers);
         room.push_back(std::move(kept));
         in.places.matrices = room.back();
     }
@@ -106,6 +120,8 @@ void join_chains(std::span<const GroupDesc> groups, GroupDesc& group, std::vecto
         room.push_back(std::move(t));
         in.places = room.back();
         in.group = link.instances[0].group;
+        if (const auto& inner_ones = link.instances[0].variations; !inner_ones.empty() && inner_ones[0] != 0)
+            in.variations.assign(in.places.size(), inner_ones[0]);
     }
 }
 
@@ -312,8 +328,9 @@ class Bounding {
             while (run < kept.size() && kept[run] == run)
                 run++;
             in.paths = in.paths.first(run);
-            return;
+            return; // variations of the others stay behind
         }
+        keep_variations(in, kept);
         std::vector<float> t;
         for (const size_t i : kept)
             append(t, in.places, i);

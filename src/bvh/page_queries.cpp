@@ -159,7 +159,7 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
     Vec3f at(rays.o.x[lane] + hit.t * rays.d.x[lane], rays.o.y[lane] + hit.t * rays.d.y[lane],
              rays.o.z[lane] + hit.t * rays.d.z[lane]),
         rounding(0.0f);
-    int slot = 0, instanced = 0;
+    int slot = 0, instanced = 0, variation = 0;
     const Owner owner = follow(path, [&](const Run& run, uint32_t number) {
         const Matrix up = run.places[number];
         Matrix down{};
@@ -172,6 +172,8 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
         slot = slot < 0 || run.first_slot < 0
                    ? GroupDesc::Unnumbered
                    : slot + run.first_slot + int(number) * m_groups[size_t(run.group)].slots;
+        if (!run.variations.empty() && run.variations[number] != 0)
+            variation = run.variations[number];
         instanced = 1;
     });
     const Group& group = m_groups[size_t(owner.group)];
@@ -187,6 +189,7 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
         return;
     for (size_t k = 0; k < 12; k++)
         hits.world_from_shape[k][lane] = world_from_here[k];
+    hits.variation.v[lane] = variation;
     hits.magnitude.v[lane] = std::max({rounding.x, rounding.y, rounding.z});
     hits.slot_shift.v[lane] = slot < 0 || group.first_emitter < 0 ? std::numeric_limits<int32_t>::min()
                                                                   : slot - group.first_emitter;

@@ -139,7 +139,7 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
         if (!in.stands_still() || root == None || in.places.empty())
             continue;
         level.push_back({root, in.places});
-        group.runs.push_back({count, in.group, in.places, in.first_slot});
+        group.runs.push_back({count, in.group, in.places, in.first_slot, in.variations});
         count += uint32_t(in.places.size());
     }
     if (group.runs.empty() && group.owns.size() < 2)

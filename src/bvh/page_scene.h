@@ -42,6 +42,7 @@ class PageScene {
         int group;
         Places places;
         int first_slot;
+        std::span<const int32_t> variations; // GroupDesc::Instances has the same
     };
     struct Own {                                          // a page of shapes
         std::vector<int> grids, meshes;                   // as the page numbers them; few cells are a mesh

@@ -75,7 +75,7 @@ RTCRay lane(const RayPacket<W>& rays, int i) {
 
 template <int W>
 Context context_of(const RayPacket<W>& rays, float* transforms, float* hit_magnitude, int32_t* hit_group,
-                   int32_t* hit_slot_shift) {
+                   int32_t* hit_slot_shift, int32_t* hit_variation) {
     Context c;
     rtcInitIntersectContext(&c.embree);
     c.seeds = reinterpret_cast<const int32_t*>(&rays.seed.v);
@@ -83,11 +83,12 @@ Context context_of(const RayPacket<W>& rays, float* transforms, float* hit_magni
     c.hit_magnitude = hit_magnitude;
     c.hit_group = hit_group;
     c.hit_slot_shift = hit_slot_shift;
+    c.hit_variation = hit_variation;
     c.passes = nullptr;
     c.camera = reinterpret_cast<const int32_t*>(&rays.camera.v);
     c.level = reinterpret_cast<const float*>(&rays.level.v);
     c.passages = rays.passages;
-    c.slot[0] = 0;
+    c.slot[0] = c.variation[0] = 0;
     c.width = W;
     c.world_from_current[0] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     return c;
@@ -116,6 +117,7 @@ void take_hits(HitPacket<W>& hits, const HitPacket<W>& later) {
     hits.instanced = select(m, later.instanced, hits.instanced);
     hits.magnitude = select(m, later.magnitude, hits.magnitude);
     hits.slot_shift = select(m, later.slot_shift, hits.slot_shift);
+    hits.variation = select(m, later.variation, hits.variation);
     for (uint32_t bits = (m & (later.instanced != Int<W>(0))).bits(); bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
         for (int k = 0; k < 12; k++)
@@ -231,6 +233,7 @@ void intersect_as_packet(const Intersect& intersect, const RayPacket<1>& ray, Hi
     hit.Ng = {hits.Ng.x[0], hits.Ng.y[0], hits.Ng.z[0]};
     hit.shape = hits.shape[0], hit.prim = hits.prim[0], hit.instanced = hits.instanced[0];
     hit.magnitude = hits.magnitude[0], hit.slot_shift = hits.slot_shift[0];
+    hit.variation = hits.variation[0];
     for (int k = 0; k < 12; k++)
         hit.world_from_shape[k][0] = hits.world_from_shape[k][0];
 }
@@ -244,7 +247,7 @@ void Scene::intersect_embree(const RayPacket<W>& rays, HitPacket<W>& hits) const
                 [this](const RayPacket<8>& r, HitPacket<8>& h) { intersect_embree(r, h); }, rays, hits);
     alignas(64) typename E::RayHit rh;
     alignas(64) float magnitude[W];
-    alignas(64) int32_t hit_group[W], slot_shift[W];
+    alignas(64) int32_t hit_group[W], slot_shift[W], variation[W];
     const int world = int(m_impl->world());
     for (int i = 0; i < W; i++)
         hit_group[i] = world;
@@ -252,7 +255,8 @@ void Scene::intersect_embree(const RayPacket<W>& rays, HitPacket<W>& hits) const
     const Int<W> none(-1);
     std::memcpy(&rh.hit.geomID, &none.v, sizeof none.v);
     std::memcpy(&rh.hit.instID[0], &none.v, sizeof none.v);
-    Context context = context_of(rays, &hits.world_from_shape[0][0], magnitude, hit_group, slot_shift);
+    Context context =
+        context_of(rays, &hits.world_from_shape[0][0], magnitude, hit_group, slot_shift, variation);
     if (rays.coherent)
         context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     const Mask<W> active = traceable(rays);
@@ -293,7 +297,7 @@ void Scene::intersect_embree(const RayPacket<W>& rays, HitPacket<W>& hits) const
     hits.hit = (geometry != none) & active;
     hits.instanced = Int<W>(0);
     hits.magnitude = Float<W>(0.0f);
-    hits.shape = hits.slot_shift = Int<W>(0);
+    hits.shape = hits.slot_shift = hits.variation = Int<W>(0);
     for (uint32_t bits = hits.hit.bits(); bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
         const bool inside = instance.v[i] != -1;
@@ -301,7 +305,8 @@ void Scene::intersect_embree(const RayPacket<W>& rays, HitPacket<W>& hits) const
             *m_impl->groups[size_t(inside ? hit_group[i] : world)].geometries[size_t(geometry.v[i])];
         hits.instanced.v[i] = inside;
         if (inside)
-            hits.slot_shift.v[i] = slot_shift[i], hits.magnitude.v[i] = magnitude[i];
+            hits.slot_shift.v[i] = slot_shift[i], hits.magnitude.v[i] = magnitude[i],
+            hits.variation.v[i] = variation[i];
         hits.shape.v[i] =
             g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[size_t(hits.prim.v[i])];
         if (!g.cell.empty()) {
@@ -318,9 +323,9 @@ Mask<W> Scene::occluded_embree(const RayPacket<W>& rays) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::Ray r;
     alignas(64) float transforms[12 * W], magnitude[W];
-    int32_t hit_group[W], slot_shift[W], passes[W];
+    int32_t hit_group[W], slot_shift[W], variation[W], passes[W];
     fill<W>(r, rays);
-    Context context = context_of(rays, transforms, magnitude, hit_group, slot_shift);
+    Context context = context_of(rays, transforms, magnitude, hit_group, slot_shift, variation);
     rays.passes.store(passes);
     context.passes = passes;
     const Mask<W> active = traceable(rays);

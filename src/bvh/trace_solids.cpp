@@ -30,7 +30,8 @@ void note_crossing(const RTCFilterFunctionNArguments* args) {
         if (context.depth > crossings.depth) {
             c.place = int(crossings.places.size());
             const Vec3f p{r.org_x + c.t * r.dir_x, r.org_y + c.t * r.dir_y, r.org_z + c.t * r.dir_z};
-            crossings.places.push_back({&g, known_world(context), magnitude_at(context, p)});
+            crossings.places.push_back(
+                {&g, known_world(context), magnitude_at(context, p), context.variation[context.depth]});
         }
         crossings.all.push_back(c);
     }
@@ -97,6 +98,7 @@ void SolidHit::put(Context& context, unsigned ray_id, RTCHit& hit) const {
     for (size_t k = 0; k < 12; k++)
         context.hit_transform[k * size_t(context.width) + ray_id] = place.world_from_shape[k];
     context.hit_magnitude[ray_id] = place.magnitude;
+    context.hit_variation[ray_id] = place.variation;
     context.hit_group[ray_id] = place.geometry->group;
     context.hit_slot_shift[ray_id] = std::numeric_limits<int32_t>::min();
     hit.instID[0] = 0;

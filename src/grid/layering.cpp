@@ -95,6 +95,8 @@ std::string LayeringProgram::key() const {
     k += "|e" + std::to_string(emission_cosine) + (shines_both ? "b" : "");
     k += "|p" + std::to_string(presence) + "i" + std::to_string(interior.has_value()) + "m" +
          std::to_string(ambient);
+    if (variants > 1)
+        k += "v" + std::to_string(variants);
     return k;
 }
 

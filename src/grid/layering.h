@@ -89,6 +89,7 @@ struct LayeringProgram {
     std::vector<Aov> aovs;
     std::vector<LitBy> lit_by;
     std::optional<Interior> interior;
+    int variants = 1; // times that the surface is shaded, for instances to show or blend; see VertexInputs
 
     bool emits() const;
     // Its first emission lobe, after which all of its emission is shaped; null = none.
@@ -116,6 +117,8 @@ struct SlotValues {
 struct VertexInputs {
     int stride = 0;
     std::vector<SlotValues> slots; // parallel to LayeringProgram::slots
+    // Of what is shaded several times, all but the first: its lobes' inputs differ, and nothing else.
+    std::vector<std::vector<SlotValues>> variants;
 };
 
 } // namespace kanuka::grid

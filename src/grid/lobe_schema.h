@@ -41,6 +41,7 @@ struct LobeInput {
     Storage storage;
     std::string_view doc;
     std::span<const std::string_view> names = {}; // of the values 0, 1, …: a string may be given for one
+    bool body = false; // the colour that a thing has, which the tint of an instance multiplies
     constexpr Between between() const {
         return unit == "turns" ? Between::Turns : names.empty() ? Between::Linear : Between::Nearest;
     }

@@ -28,6 +28,11 @@ inline constexpr std::string_view GrazingDoc =
 constexpr LobeInput color_input(std::string_view name, float fallback, std::string_view doc) {
     return {name, Color, Vec3f(fallback, fallback, fallback), 0, 1, "1", Storage::Color, doc};
 }
+constexpr LobeInput body_color(std::string_view name, float fallback, std::string_view doc) {
+    LobeInput input = color_input(name, fallback, doc);
+    input.body = true;
+    return input;
+}
 constexpr LobeInput float_input(std::string_view name, float fallback, float low, float high,
                                 std::string_view unit, std::string_view doc) {
     return {name, Float, Vec3f(fallback, 0, 0), low, high, unit, Storage::Half, doc};
@@ -62,30 +67,30 @@ inline constexpr LobeInput OwnNormal{"normal",
                                      "does not count, and 0 is the surface's"};
 
 inline constexpr LobeInput lambert_brdf[] = {
-    color_input("diffuseReflectance", 1, ReflectanceDoc),
+    body_color("diffuseReflectance", 1, ReflectanceDoc),
     OwnNormal,
 };
 inline constexpr LobeInput lambert_btdf[] = {
-    color_input("diffuseTransmittance", 1, "fraction of light let through"),
+    body_color("diffuseTransmittance", 1, "fraction of light let through"),
 };
 inline constexpr LobeInput oren_nayar[] = {
-    color_input("diffuseReflectance", 1, "fraction of light that a facet reflects"),
+    body_color("diffuseReflectance", 1, "fraction of light that a facet reflects"),
     float_input("roughness", 0.5f, 0, 1, "1", RoughnessDoc),
     OwnNormal,
 };
 inline constexpr LobeInput burley[] = {
-    color_input("diffuseReflectance", 1, ReflectanceDoc),
+    body_color("diffuseReflectance", 1, ReflectanceDoc),
     float_input("roughness", 0.5f, 0, 1, "1",
                 "0 is darker, 1 brighter along the surface and towards the light"),
     OwnNormal,
 };
 inline constexpr LobeInput sheen[] = {
-    color_input("reflectance", 1, "of the fibres"),
+    body_color("reflectance", 1, "of the fibres"),
     float_input("roughness", 0.3f, 0, 1, "1", "how far the fibres lean; the least is 0.05"),
     OwnNormal,
 };
 inline constexpr LobeInput conductor[] = {
-    color_input("reflectance", 1, NormalDoc),
+    body_color("reflectance", 1, NormalDoc),
     color_input("edgeReflectance", 1, GrazingDoc),
     float_input("roughness", 0.2f, 0, 1, "1", AlphaDoc),
     color_input("edgeTint", 1,
@@ -114,7 +119,7 @@ inline constexpr LobeInput metal[] = {
     OwnNormal,
 };
 inline constexpr LobeInput retro[] = {
-    color_input("reflectance", 1, NormalDoc),
+    body_color("reflectance", 1, NormalDoc),
     color_input("edgeReflectance", 1, GrazingDoc),
     float_input("roughness", 0.3f, 0, 1, "1", AlphaDoc),
     OwnNormal,
@@ -142,7 +147,7 @@ inline constexpr LobeInput dielectric_bsdf[] = {
         "perceptual roughness, its mean is used; the width of microfacets' slopes is its square, 0 is "
         "a smooth interface"),
     color_input("reflectance", 1, "tint of the reflection"),
-    color_input("transmittance", 1, "tint of the transmission"),
+    body_color("transmittance", 1, "tint of the transmission"),
     float_input("ior", 1.5f, 1, 4, "1", "index of refraction at 587.6 nm"),
     float_input("abbe", 0, 0, 200, "1", "Abbe number V_d, 20 disperses strongly; 0 = no dispersion"),
     Anisotropy,
@@ -154,7 +159,7 @@ inline constexpr LobeInput dielectric_bsdf[] = {
 };
 inline constexpr LobeInput thin_walled[] = {
     color_input("reflectance", 1, "tint of the reflection"),
-    color_input("transmittance", 1, "tint of the transmission"),
+    body_color("transmittance", 1, "tint of the transmission"),
     float_input("ior", 1.5f, 1, 4, "1", "index of refraction of the sheet"),
     float_input("roughness", 0, 0, 1, "1", AlphaDoc),
     float_input("thickness", 0, 0, 5000, "nm",

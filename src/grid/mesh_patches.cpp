@@ -400,24 +400,32 @@ void MeshInputs::spread(SlotValues& slot, size_t components) {
 
 void MeshInputs::add(const VertexInputs& from, const std::vector<uint32_t>& vertices, size_t own,
                      VertexInputs& to) {
-    if (to.slots.empty()) {
-        to.stride = m_whole.stride;
-        to.slots = from.slots;
-        for (SlotValues& slot : to.slots)
+    to.stride = m_whole.stride;
+    to.variants.resize(from.variants.size());
+    add(from.slots, from.stride, vertices, own, to.slots);
+    for (size_t k = 0; k < from.variants.size(); k++)
+        add(from.variants[k], from.stride, vertices, own, to.variants[k]);
+}
+
+void MeshInputs::add(const std::vector<SlotValues>& from, int stride, const std::vector<uint32_t>& vertices,
+                     size_t own, std::vector<SlotValues>& to) {
+    if (to.empty()) {
+        to = from;
+        for (SlotValues& slot : to)
             if (!slot.uniform)
-                spread(slot, slot.data.size() / size_t(from.stride));
+                spread(slot, slot.data.size() / size_t(stride));
     }
-    for (size_t k = 0; k < to.slots.size(); k++) {
-        const SlotValues& in = from.slots[k];
-        SlotValues& out = to.slots[k];
+    for (size_t k = 0; k < to.size(); k++) {
+        const SlotValues& in = from[k];
+        SlotValues& out = to[k];
         if (in.uniform && out.uniform && in.value == out.value)
             continue;
         if (out.uniform) // as many components as there may be
-            spread(out, in.uniform ? 3 : in.data.size() / size_t(from.stride));
+            spread(out, in.uniform ? 3 : in.data.size() / size_t(stride));
         const size_t components = out.data.size() / size_t(m_whole.stride),
-                     given = in.uniform ? 3 : in.data.size() / size_t(from.stride);
+                     given = in.uniform ? 3 : in.data.size() / size_t(stride);
         for (size_t c = 0; c < std::min(components, given); c++) {
-            const float* x = in.uniform ? nullptr : in.data.data() + c * size_t(from.stride);
+            const float* x = in.uniform ? nullptr : in.data.data() + c * size_t(stride);
             float* y = out.data.data() + c * size_t(m_whole.stride);
             for (size_t i = 0; i < own; i++)
                 y[vertices[i]] = x ? x[i] : in.value[int(c)];

@@ -60,6 +60,8 @@ class MeshInputs {
     void add(const VertexInputs& from, const std::vector<uint32_t>& vertices, size_t own, VertexInputs& to);
 
   private:
+    void add(const std::vector<SlotValues>& from, int stride, const std::vector<uint32_t>& vertices,
+             size_t own, std::vector<SlotValues>& to);
     void spread(SlotValues& slot, size_t components);
     const Grid& m_whole;
 };

@@ -33,13 +33,44 @@ static void blend(const TrimmedMesh& mesh, const std::vector<float>& from, int f
     }
 }
 
-static bool same_everywhere(std::span<const TrimmedPart> parts, size_t slot) {
-    const SlotValues& first = parts[0].inputs->slots[slot];
-    return std::ranges::all_of(parts, [&](const TrimmedPart& p) {
-        const SlotValues& s = p.inputs->slots[slot];
-        const Vec3f &a = s.value, &b = first.value;
-        return s.uniform && a.x == b.x && a.y == b.y && a.z == b.z;
-    });
+// The slots of all parts, of which `of(part)` has one set, behind each other.
+template <class Of>
+static void merge_slots(std::span<const TrimmedPart> parts, const std::vector<size_t>& first,
+                        std::span<const Slot> slots, const Of& of, int stride, std::vector<SlotValues>& out) {
+    const auto same_everywhere = [&](size_t k) {
+        const Vec3f& a = of(parts[0])[k].value;
+        return std::ranges::all_of(parts, [&](const TrimmedPart& p) {
+            const Vec3f& b = of(p)[k].value;
+            return of(p)[k].uniform && a.x == b.x && a.y == b.y && a.z == b.z;
+        });
+    };
+    out.resize(of(parts[0]).size());
+    for (size_t k = 0; k < out.size(); k++) {
+        out[k] = of(parts[0])[k];
+        if ((out[k].uniform = same_everywhere(k)))
+            continue;
+        size_t components = 1;
+        for (const TrimmedPart& p : parts)
+            if (const SlotValues& s = of(p)[k]; s.uniform) // as many as there may be
+                components = std::max<size_t>(components, 3);
+            else
+                components =
+                    std::max(components, s.data.size() / std::max<size_t>(1, size_t(p.inputs->stride)));
+        out[k].data.assign(components * size_t(stride), 0.0f);
+        for (size_t i = 0; i < parts.size(); i++) {
+            const TrimmedMesh& m = *parts[i].mesh;
+            const SlotValues& s = of(parts[i])[k];
+            const int from_stride = parts[i].inputs->stride;
+            if (!s.uniform) {
+                blend(m, s.data, from_stride, int(std::min(components, s.data.size() / size_t(from_stride))),
+                      out[k].data, stride, first[i], k < slots.size() ? slots[k].between : Between::Linear);
+                continue;
+            }
+            for (size_t c = 0; c < components; c++)
+                std::fill_n(out[k].data.begin() + ptrdiff_t(c * size_t(stride) + first[i]), m.vertices.size(),
+                            s.value[int(c)]);
+        }
+    }
 }
 
 void merge_trimmed(std::span<const TrimmedPart> parts, std::span<const Slot> slots, Grid& g,
@@ -61,19 +92,12 @@ void merge_trimmed(std::span<const TrimmedPart> parts, std::span<const Slot> slo
         step.N.resize(g.N.size());
     }
     inputs.stride = g.stride;
-    inputs.slots.resize(parts[0].inputs->slots.size());
-    for (size_t k = 0; k < inputs.slots.size(); k++) {
-        inputs.slots[k] = parts[0].inputs->slots[k];
-        if ((inputs.slots[k].uniform = same_everywhere(parts, k)))
-            continue;
-        size_t components = 1;
-        for (const TrimmedPart& p : parts)
-            if (const SlotValues& s = p.inputs->slots[k]; s.uniform) // as many as there may be
-                components = std::max<size_t>(components, 3);
-            else
-                components =
-                    std::max(components, s.data.size() / std::max<size_t>(1, size_t(p.inputs->stride)));
-        inputs.slots[k].data.assign(components * size_t(g.stride), 0.0f);
+    const auto own = [](const TrimmedPart& p) -> const auto& { return p.inputs->slots; };
+    merge_slots(parts, first, slots, own, g.stride, inputs.slots);
+    inputs.variants.resize(parts[0].inputs->variants.size());
+    for (size_t v = 0; v < inputs.variants.size(); v++) {
+        const auto variant = [v](const TrimmedPart& p) -> const auto& { return p.inputs->variants[v]; };
+        merge_slots(parts, first, slots, variant, g.stride, inputs.variants[v]);
     }
     for (size_t i = 0; i < parts.size(); i++) {
         const Grid& from = *parts[i].grid;
@@ -86,22 +110,6 @@ void merge_trimmed(std::span<const TrimmedPart> parts, std::span<const Slot> slo
         for (size_t k = 0; k < g.later.size(); k++) {
             take(from.later[k].P, g.later[k].P);
             take(from.later[k].N, g.later[k].N);
-        }
-        for (size_t k = 0; k < inputs.slots.size(); k++) {
-            SlotValues& to = inputs.slots[k];
-            if (to.uniform)
-                continue;
-            const SlotValues& s = parts[i].inputs->slots[k];
-            const int components = int(to.data.size() / size_t(g.stride));
-            if (!s.uniform) {
-                blend(m, s.data, parts[i].inputs->stride,
-                      std::min(components, int(s.data.size() / size_t(parts[i].inputs->stride))), to.data,
-                      g.stride, first[i], k < slots.size() ? slots[k].between : Between::Linear);
-                continue;
-            }
-            for (int c = 0; c < components; c++)
-                std::fill_n(to.data.begin() + ptrdiff_t(size_t(c) * size_t(g.stride) + first[i]),
-                            m.vertices.size(), s.value[c]);
         }
     }
 }

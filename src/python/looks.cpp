@@ -27,6 +27,10 @@ constexpr Keyword<Looks> Rows[] = {
      as_it_is<&Looks::area_light>},
     {"name", "str", "''", "", "by which scene.node() finds it", put<&Looks::name>},
     {"shading_rate", "float", "1", "pixels", "area of a micropolygon", put<&Looks::shading_rate>},
+    {"variants", "int", "1", "1 to 64",
+     "how many times the surface is shaded, with the variable \"variant\" from 0 on, for instances to show "
+     "or blend",
+     put<&Looks::variants>},
     {"visible_camera", "bool", "True", "", "whether the camera sees it", put<&Looks::visible_camera>},
     {"double_sided", "bool", "True", "", "whether it is there from its inside", put<&Looks::double_sided>},
     {"reverse_orientation", "bool", "False", "", "turns the outside in", put<&Looks::reverse_orientation>},
@@ -78,6 +82,9 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
         result->area_light = light;
     }
     result->shading_rate = looks.shading_rate;
+    if (looks.variants < 1 || looks.variants > 64)
+        throw nb::value_error("variants: expected 1 to 64");
+    result->variants = looks.variants;
     result->sides = looks.double_sided ? 2 : 1;
     result->reverse_orientation = looks.reverse_orientation;
     result->visible_camera = looks.visible_camera;

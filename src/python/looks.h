@@ -12,6 +12,7 @@ struct Looks {
     nb::handle solid = nb::none(); // a Solid that it bounds
     std::string name;
     float shading_rate = 1;
+    int variants = 1;
     bool visible_camera = true, double_sided = true, reverse_orientation = false;
     std::vector<std::string> lights_off, shadows_off;
 };

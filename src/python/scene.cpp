@@ -12,6 +12,7 @@
 #include "scene/bounds.h"
 #include "scene/counts.h"
 #include "scene/display_layers.h"
+#include "scene/edit_checks.h"
 #include "scene/schema/attributes.h"
 #include "scene/schema/camera.h"
 #include "scene/schema/options.h"
@@ -21,7 +22,22 @@ namespace kanuka::python {
 
 namespace {
 
-scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times) {
+// How instances differ, beside their places.
+struct Differences {
+    nb::handle variant, tint, roughness;
+    bool unique;
+};
+
+scene::Variation variation(const Differences& given) {
+    const auto values = [](nb::handle value, const char* name) {
+        return value.is_none() ? scene::Buffer<float>() : float_array(value, name).buffer;
+    };
+    return {values(given.variant, "variant"), values(given.tint, "tint"),
+            values(given.roughness, "roughness")};
+}
+
+scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times,
+                                  const Differences& differences) {
     if (group.owner.get() != &owner)
         throw nb::value_error("group: it belongs to another scene");
     const FloatArray array = float_array(transforms, "transforms");
@@ -44,6 +60,12 @@ scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle t
             std::copy_n(array.buffer.data() + i * 16, 12, rows.begin() + ptrdiff_t(i * 12));
         result.transforms = std::move(rows);
     }
+    result.variation = variation(differences);
+    result.unique = differences.unique;
+    if (result.unique && result.moves())
+        throw nb::value_error("unique: what moves as an instance stays one; place its shapes one by one");
+    if (const scene::Fault fault = scene::fault_of(result.variation, result.count()))
+        throw nb::value_error(fault->c_str());
     check_idle(owner); // all code of the arguments has run, which may have moved groups
     result.group = group.index();
     result.first_id = owner.next_id;
@@ -171,30 +193,39 @@ void bind_tables(nb::module_& m) {
         "Raises TypeError or ValueError, with what would do, unless the option takes the value.");
 }
 
+constexpr const char* InstancesSignature =
+    "def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | None = None, *, "
+    "variant: ArrayLike | None = None, tint: ArrayLike | None = None, roughness: ArrayLike | None = None, "
+    "unique: bool = False) -> Node";
 constexpr const char* InstancesDoc =
-    "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
-    "columns. "
-    "Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
+    "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on columns. "
+    "Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).\n\n"
+    "How they differ in looks, each a value or one for each instance: `variant`, of the `variants` of a "
+    "shape, between whole numbers two of them are blended; `tint`, (3,) or (N, 3), multiplies the colours of "
+    "bodies, as docs/lobes.md names them; `roughness` is added to that of lobes. Of nested instances the "
+    "innermost that says any of it counts.\n\n"
+    "`unique`: each is diced and shaded where it stands, for shaders that ask where in the world that is.";
 
 void bind_group(nb::class_<Group>& group) {
     group.def_prop_ro("node", [](const Group& g) { return Node{g.owner, g.id}; });
     group.def_prop_ro("name", [](const Group& g) { return g.get().name; });
     define(
         group, "add_instances",
-        [](Group& g, const Group& child, nb::handle transforms, nb::handle times) {
+        [](Group& g, const Group& child, nb::handle transforms, nb::handle times, nb::handle variant,
+           nb::handle tint, nb::handle roughness, bool unique) {
             const auto check_order = [&] {
                 if (child.index() >= g.index())
                     throw nb::value_error("group: a group holds instances of groups made before it");
             };
             check_order();
-            scene::Group::Instances places = instances(*g.owner, child, transforms, times);
+            scene::Group::Instances places =
+                instances(*g.owner, child, transforms, times, {variant, tint, roughness, unique});
             check_order(); // the group itself may be gone by now
             return Node{g.owner, g.owner->editor->add(g.get(), std::move(places)).node};
         },
-        nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), InstancesDoc,
-        nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
-                "None = "
-                "None) -> Node"));
+        nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), nb::kw_only(),
+        nb::arg("variant") = nb::none(), nb::arg("tint") = nb::none(), nb::arg("roughness") = nb::none(),
+        nb::arg("unique") = false, InstancesDoc, nb::sig(InstancesSignature));
 }
 
 constexpr const char* BoundsDoc =
@@ -235,12 +266,15 @@ void bind_class(nb::class_<Scene>& scene) {
         nb::arg("name") = "");
     define(
         scene, "add_instances",
-        [](std::shared_ptr<Scene> s, const Group& g, nb::handle transforms, nb::handle times) {
-            return Node{s, s->editor->add(instances(*s, g, transforms, times)).node};
+        [](std::shared_ptr<Scene> s, const Group& g, nb::handle transforms, nb::handle times,
+           nb::handle variant, nb::handle tint, nb::handle roughness, bool unique) {
+            return Node{
+                s,
+                s->editor->add(instances(*s, g, transforms, times, {variant, tint, roughness, unique})).node};
         },
-        nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), InstancesDoc,
-        nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
-                "None = None) -> Node"));
+        nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), nb::kw_only(),
+        nb::arg("variant") = nb::none(), nb::arg("tint") = nb::none(), nb::arg("roughness") = nb::none(),
+        nb::arg("unique") = false, InstancesDoc, nb::sig(InstancesSignature));
     scene.def(
         "bounds",
         [](const Scene& s) -> nb::object {

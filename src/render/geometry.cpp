@@ -1,12 +1,15 @@
 #include "render/geometry.h"
 
 #include <chrono>
+#include <iterator>
 
 #include "base/tasks.h"
+#include "render/de_instance.h"
 #include "render/emitters.h"
 #include "render/group_views.h"
 #include "render/motion.h"
 #include "render/prepare.h"
+#include "render/variations.h"
 #include "scene/digest.h"
 
 namespace kanuka::render {
@@ -38,7 +41,8 @@ class RunLength {
 class GeometryBuilder {
   public:
     GeometryBuilder(const GeometryRequest& request, Geometry& out)
-        : m_request(request), m_out(&out), m_first_group(out.group_of_scene.size()), m_preparer(request) {}
+        : m_request(request), m_out(&out), m_first_group(out.group_of_scene.size()), m_preparer(request),
+          m_variations(request.palette, out.variations) {}
 
     void run() {
         // The world comes last, whatever is added before it.
@@ -79,7 +83,7 @@ class GeometryBuilder {
         const scene::Scene& scene = m_request.scene;
         const std::vector<GroupView> views =
             view_groups(scene, m_first_group, m_request.render_from_world, m_request.dice.camera);
-        size_t total = scene.primitives.size();
+        size_t total = scene.primitives.size() + count_unique(scene, m_first_group);
         for (const scene::Group& g : scene.groups)
             total += g.primitives.size();
         m_preparer.expect(total);
@@ -97,7 +101,10 @@ class GeometryBuilder {
             m_out->groups.push_back(std::move(desc));
         }
         add_primitives(scene.primitives, scene.solids, m_request.render_from_world, nullptr, world);
-        add_instances(scene.instances, m_request.render_from_world, world);
+        add_instances(scene.instances, m_request.render_from_world, world, true);
+        for (const auto& in : scene.instances)
+            if (is_taken_apart(in))
+                add_unique(in, Transform(), world);
         m_preparer.share_wall_time(std::chrono::duration<double>(Clock::now() - start).count());
     }
 
@@ -124,9 +131,12 @@ class GeometryBuilder {
             });
             for (size_t i = 0; i < prepared.size(); i++) {
                 run.note(prepared[i].page.words.size() * sizeof(uint32_t));
-                if (m_request.made_again && prepared[i].material) // not cancelled
+                const bool is_declared = primitives[begin + i].node != scene::NodeId::None;
+                if (m_request.made_again && is_declared && prepared[i].material) // not cancelled
                     m_request.made_again->note(primitives[begin + i], std::move(prepared[i].inputs),
                                                prepared[i].reasons);
+                if (instanced && prepared[i].asks_world)
+                    tell_of_world(primitives[begin + i]);
                 keep(prepared[i]);
                 if (!prepared[i].empty)
                     place(primitives[begin + i], prepared[i], shapes);
@@ -135,6 +145,14 @@ class GeometryBuilder {
         }
         m_request.stats.count.primitives += primitives.size();
         close_run(shapes);
+    }
+
+    void tell_of_world(const scene::Primitive& primitive) {
+        m_request.journal.report(
+            Severity::Info, primitive.where,
+            "its shader asks where in the world it is, and its instances share one shading: they look alike. "
+            "Attribute \"instance\" \"int unique\" [1], or add_instances(unique=True), shades each where it "
+            "stands");
     }
 
     // In order: which pages find room, and packs, are the same for any thread count.
@@ -196,7 +214,7 @@ class GeometryBuilder {
 
     store::Links links_of(const scene::Primitive& primitive, const grid::LayeringProgram& program,
                           int bounded, bool shines, bool lights) {
-        store::Links links = m_request.linking.of(primitive.attributes.get());
+        store::Links links = m_request.linking.of(m_de_instancer.declared(primitive.attributes.get()));
         if (bounded >= 0 || program.interior || turns_to_viewer(primitive))
             links.seen &= ~store::Links::OneSided;
         if (shines && !lights)
@@ -264,11 +282,13 @@ class GeometryBuilder {
     }
 
     void add_instances(const std::vector<scene::Group::Instances>& all, const Transform& render_from_parent,
-                       bvh::GroupDesc& desc) {
+                       bvh::GroupDesc& desc, bool in_world = false) {
         for (const auto& in : all) {
+            if (in_world && is_taken_apart(in))
+                continue; // add_unique()
             if (m_request.pages)
                 m_key(in.group, std::span<const float>(in.transforms.data(), in.transforms.size()), in.times,
-                      render_from_parent, m_out->center_of_scene[size_t(in.group)]);
+                      render_from_parent, m_out->center_of_scene[size_t(in.group)], in.variation);
             if (in.moves()) {
                 add_moving_instances(in, render_from_parent, desc);
                 continue;
@@ -280,8 +300,66 @@ class GeometryBuilder {
             m_request.stats.count.instances += places.size();
             m_out->instanced |= !places.empty();
             m_out->matrices.push_back(in.transforms);
-            desc.instances.push_back({m_out->group_of_scene[size_t(in.group)], places});
+            desc.instances.push_back({.group = m_out->group_of_scene[size_t(in.group)],
+                                      .places = places,
+                                      .variations = m_variations.rows_of(in.variation, in.count())});
         }
+    }
+
+    bool is_taken_apart(const scene::Group::Instances& in) const {
+        return are_unique(in) && size_t(in.group) >= m_first_group;
+    }
+
+    // In the world, whose group's own instances are placed one by one: they lie in this place alone.
+    void add_unique(const scene::Group::Instances& in, const Transform& world_from_parent,
+                    bvh::GroupDesc& world) {
+        m_key(in.variation);
+        const scene::Group& group = m_request.scene.groups[size_t(in.group) - m_first_group];
+        const bool is_apart =
+            !group.solids.empty() || !in.variation.tint.empty() || !in.variation.roughness.empty();
+        const std::vector<int32_t> rows =
+            is_apart ? m_variations.rows_of(in.variation, in.count()) : std::vector<int32_t>();
+        std::vector<scene::Primitive> together;
+        for (size_t i = 0; i < in.count() && !m_request.progress.cancelled(); i++) {
+            const Transform place = world_from_parent * place_of(in, i);
+            std::vector<scene::Primitive> copies = m_de_instancer.copies(group, place, in, i);
+            if (is_apart) {
+                bvh::GroupDesc own;
+                add_primitives(copies, group.solids, m_request.render_from_world, nullptr, own);
+                m_out->transforms.push_back({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+                world.instances.push_back(
+                    {.group = int(m_out->groups.size()), .places = m_out->transforms.back()});
+                if (!rows.empty())
+                    world.instances.back().variations = {rows[i]};
+                m_out->groups.push_back(std::move(own));
+                m_out->instanced = true;
+            } else {
+                std::ranges::move(copies, std::back_inserter(together));
+            }
+            for (const scene::Group::Instances& inner : group.instances) {
+                if (is_taken_apart(inner))
+                    add_unique(inner, place, world);
+                else
+                    add_instances({placed(inner, place)}, m_request.render_from_world, world);
+            }
+        }
+        add_primitives(together, {}, m_request.render_from_world, nullptr, world);
+        m_request.stats.count.instances += in.count();
+    }
+
+    // Instances of a group that has one place.
+    static scene::Group::Instances placed(const scene::Group::Instances& in,
+                                          const Transform& world_from_group) {
+        scene::Group::Instances out = in;
+        std::vector<float> rows(in.transforms.size());
+        for (size_t i = 0; 12 * i < rows.size(); i++) {
+            const Transform t = world_from_group * place_of(in, i);
+            for (size_t k = 0; k < 12; k++)
+                rows[12 * i + k] = float(t.m[k / 4][k % 4]);
+        }
+        out.transforms = std::move(rows);
+        out.unique = false;
+        return out;
     }
 
     void add_moving_instances(const scene::Group::Instances& in, const Transform& render_from_parent,
@@ -290,6 +368,8 @@ class GeometryBuilder {
         const Transform group_from_built = around(m_out->center_of_scene[size_t(in.group)]);
         std::vector<MotionPath> paths;
         std::vector<float> still;
+        const std::vector<int32_t> rows = m_variations.rows_of(in.variation, count);
+        std::vector<int32_t> moving_rows, still_rows;
         std::vector<TransformKey> keys(in.times.size());
         for (size_t i = 0; i < count; i++) {
             for (size_t k = 0; k < keys.size(); k++) {
@@ -301,8 +381,12 @@ class GeometryBuilder {
             }
             if (const auto moving = keys_in_shutter(keys, m_request.shutter); !moving.empty()) {
                 paths.emplace_back(moving, render_from_parent, group_from_built);
+                if (!rows.empty())
+                    moving_rows.push_back(rows[i]);
                 continue;
             }
+            if (!rows.empty())
+                still_rows.push_back(rows[i]);
             still.resize(still.size() + 12);
             MotionPath(keys, render_from_parent, group_from_built)
                 .at(m_request.shutter.open, still.data() + still.size() - 12);
@@ -312,11 +396,15 @@ class GeometryBuilder {
         m_out->moving |= !paths.empty();
         if (!paths.empty()) {
             m_out->paths.push_back(std::move(paths));
-            desc.instances.push_back({m_out->group_of_scene[size_t(in.group)], {}, m_out->paths.back()});
+            desc.instances.push_back({.group = m_out->group_of_scene[size_t(in.group)],
+                                      .paths = m_out->paths.back(),
+                                      .variations = std::move(moving_rows)});
         }
         if (!still.empty()) {
             m_out->transforms.push_back(std::move(still));
-            desc.instances.push_back({m_out->group_of_scene[size_t(in.group)], m_out->transforms.back()});
+            desc.instances.push_back({.group = m_out->group_of_scene[size_t(in.group)],
+                                      .places = m_out->transforms.back(),
+                                      .variations = std::move(still_rows)});
         }
     }
 
@@ -324,6 +412,8 @@ class GeometryBuilder {
     Geometry* m_out;
     size_t m_first_group; // of the scene's: those before it are built
     Preparer m_preparer;
+    VariationTable m_variations;
+    DeInstancer m_de_instancer;
     Digester m_key;
 };
 

@@ -17,6 +17,7 @@
 #include "scene/scene.h"
 #include "shade/shade.h"
 #include "store/disk_store.h"
+#include "transport/variation_row.h"
 
 namespace kanuka::render {
 
@@ -24,12 +25,13 @@ struct Geometry {
     explicit Geometry(size_t store_window) : store(store_window) {}
 
     store::Store store;
-    std::vector<bvh::GroupDesc> groups;         // the last is the world
-    std::vector<scene::Buffer<float>> matrices; // of the scene, that the groups' instances point to
-    std::vector<std::vector<float>> transforms; // others, that they point to as well
-    std::vector<std::vector<MotionPath>> paths; // and the moving ones
-    std::vector<int> group_of_scene;            // of the scene's groups among those here
-    std::vector<Vec3f> center_of_scene;         // GroupView::center of each of them
+    std::vector<bvh::GroupDesc> groups;              // the last is the world
+    std::vector<scene::Buffer<float>> matrices;      // of the scene, that the groups' instances point to
+    std::vector<std::vector<float>> transforms;      // others, that they point to as well
+    std::vector<std::vector<MotionPath>> paths;      // and the moving ones
+    std::vector<int> group_of_scene;                 // of the scene's groups among those here
+    std::vector<Vec3f> center_of_scene;              // GroupView::center of each of them
+    std::vector<transport::VariationRow> variations; // that groups' instances name by number; none: empty
     bool instanced = false;
     bool moving = false; // something moves while the shutter is open
     Digest key;          // of all that it was made of, where GeometryRequest::pages are kept

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
+#include "render/de_instance.h"
 #include "scene/bounds.h"
 
 namespace kanuka::render {
@@ -99,9 +101,20 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
         if (!s.many)
             s.places.push_back(render_from_group);
     };
+    // What is unique is seen by itself; what is instanced in it is seen in each of its places.
+    const std::function<void(const scene::Group::Instances&, const Transform&, float)> place_all =
+        [&](const scene::Group::Instances& in, const Transform& render_from_parent, float scale) {
+            const bool apart = are_unique(in) && size_t(in.group) >= first;
+            each_transform(in, [&](const float* m) {
+                const Transform here = render_from_parent * from_rows(m);
+                if (!apart)
+                    return place(in.group, here, scale * largest_scale(m));
+                for (const auto& inner : scene.groups[size_t(in.group) - first].instances)
+                    place_all(inner, here, float(std::cbrt(std::abs(here.determinant3()))));
+            });
+        };
     for (const auto& in : scene.instances)
-        each_transform(
-            in, [&](const float* m) { place(in.group, render_from_world * from_rows(m), largest_scale(m)); });
+        place_all(in, render_from_world, 1);
     for (size_t g = seen.size(); g-- > 0;)
         for (const auto& in : scene.groups[g].instances)
             each_transform(in, [&](const float* m) {

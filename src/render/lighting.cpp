@@ -98,6 +98,7 @@ void Lighting::refresh() {
     m_inputs.bvh = &m_world.bvh();
     m_inputs.groups = geometry.groups;
     m_inputs.instanced = geometry.instanced;
+    m_inputs.variations = geometry.variations;
     m_inputs.moving = geometry.moving;
     m_data = transport::SceneData(m_inputs, m_job.journal);
     m_data.view.settings.footprints = m_footprints;

@@ -33,6 +33,18 @@ void turn_inside_out(grid::Grid& g) {
     g.flips = !g.flips;
 }
 
+// One value each, of what was shaded at one point.
+void fold(std::vector<grid::SlotValues>& slots, int stride) {
+    for (grid::SlotValues& slot : slots) {
+        if (slot.uniform)
+            continue;
+        for (size_t c = 0; c * size_t(stride) < slot.data.size() && c < 3; c++)
+            slot.value[int(c)] = slot.data[c * size_t(stride)];
+        slot.uniform = true;
+        slot.data.clear();
+    }
+}
+
 // A vertex of what is made of grids: what shading gives, and what it is encoded to, grid by grid and as
 // a page.
 uint64_t shaded_bytes(const grid::LayeringProgram& program, size_t steps) {
@@ -41,7 +53,7 @@ uint64_t shaded_bytes(const grid::LayeringProgram& program, size_t steps) {
         floats += slot.uniform ? 0 : grid::components_of(slot.type);
     const uint64_t encoded = grid::WordLayout(program).words.size() + 1 + 3 * steps; // 1: the normal
     const uint64_t emitters = program.emits() ? 2 * sizeof(store::Emitter) : 0;      // two triangles a cell
-    return 4 * floats + 2 * (4 * encoded + emitters);
+    return (4 * floats + 8 * encoded) * uint64_t(program.variants) + 2 * emitters;
 }
 
 } // namespace
@@ -94,14 +106,18 @@ void Preparer::make(const scene::Primitive& declared, const Transform& parent_fr
         fill(rest, *volume, parent_from_object, frame, instanced || !moving.places.empty(), boundary, out);
     const shade::Material& material = *out.material;
     dice::DiceTarget target = target_of(primitive, material, frame, instanced != nullptr, moving.later);
-    // Lamps are sampled, and what moves is not recorded.
-    if (m_request.oracle && !declared.motion && !material.program().emits())
+    // Lamps are sampled; what moves, and copies of what is instanced, are not recorded.
+    if (m_request.oracle && !declared.motion && declared.node != scene::NodeId::None &&
+        !material.program().emits())
         out.field = m_request.oracle->field(declared);
     target.field = out.field.get();
     if (m_request.pages)
         out.content = (out.inputs = inputs_of(declared, material, frame, target, inside_out)).content();
     if (!m_request.pages || !(take_kept(out) || take_stored(out))) {
         shade::SpacesRead read = dice_and_shade(declared, primitive, frame, target, inside_out, start, out);
+        out.asks_world = std::ranges::any_of(read.transforms, [](const auto& pair) {
+            return pair.first == "world" || pair.second == "world";
+        });
         if (m_request.made_again) {
             out.reasons = m_request.made_again->reasons_for(declared, out.inputs, material, out.is_evicted);
             out.inputs.note_read(read, material);
@@ -293,6 +309,7 @@ void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& 
     const size_t count = diced.is_mesh ? 1 : diced.grids.size();
     std::vector<grid::VertexInputs> inputs(count);
     std::vector<store::ShadedGrid> shaded(count);
+    const uint64_t variants = uint64_t(material.program().variants);
     // A material that nothing varies in is shaded at one point, once for all its grids.
     grid::VertexInputs once;
     if (material.uniform()) {
@@ -300,14 +317,10 @@ void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& 
         point.allocate(0, 0);
         point.N[2 * size_t(point.stride)] = 1;
         material.shade(point, once, &log);
-        for (auto& slot : once.slots)
-            if (!slot.uniform) {
-                for (size_t c = 0; c * once.stride < slot.data.size() && c < 3; c++)
-                    slot.value[int(c)] = slot.data[c * size_t(once.stride)];
-                slot.uniform = true;
-                slot.data.clear();
-            }
-        m_request.stats.count.shader_evaluations += 1;
+        fold(once.slots, once.stride);
+        for (auto& slots : once.variants)
+            fold(slots, once.stride);
+        m_request.stats.count.shader_evaluations += variants;
     }
     const bool may_round =
         !material.displaces() && !(primitive.attributes && !primitive.attributes->shadow_terminator);
@@ -330,7 +343,7 @@ void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& 
             material.shade(g, inputs[i], &log);
             smooth = may_round && g.N == normals;
             grid::carry_normals(g, normals);
-            m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
+            m_request.stats.count.shader_evaluations += variants * uint64_t(g.vertices());
         }
         if (inside_out)
             turn_inside_out(g);
@@ -382,7 +395,7 @@ void Preparer::shade_mesh(dice::Diced& diced, const shade::Material& material, g
         patches.cut(k, patch, vertices);
         const size_t own = size_t(patch.stencils->own);
         material.shade(patch, of_patch, &log);
-        m_request.stats.count.shader_evaluations += own;
+        m_request.stats.count.shader_evaluations += own * uint64_t(material.program().variants);
         const std::lock_guard lock(mutex);
         whole.add(of_patch, vertices, own, inputs);
         for (size_t c = 0; c < 3; c++)

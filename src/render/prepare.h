@@ -25,6 +25,7 @@ struct Prepared {
     // A primitive that moves as a whole is a group of its own: what it is when the shutter opens, in its
     // place in the parent's space then, and from there to where it goes.
     std::vector<MotionPath> path;
+    bool asks_world = false;                         // shaders do, for where it is in there
     bool changes = false;                            // its shape
     Thickness inside;                                // of a Volume
     std::array<double, 3> offset{};                  // PageFrame::offset

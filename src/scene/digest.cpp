@@ -105,6 +105,11 @@ void put(Digester& d, const Primitive& primitive) {
     d(geometry, primvars, world_from_object, id, motion, solid);
 }
 
+void put(Digester& d, const Variation& of) {
+    const auto& [variant, tint, roughness] = of;
+    d(variant, tint, roughness);
+}
+
 void put_shape(Digester& d, const Primitive& primitive) {
     d(primitive.geometry, primitive.primvars, primitive.motion != nullptr);
     if (primitive.motion)

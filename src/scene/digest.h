@@ -26,6 +26,7 @@ void put(Digester& d, const Primitive& primitive); // but for its attributes, wh
 void put_shape(Digester& d, const Primitive& primitive);
 // Of attributes and their shaders all but where shaders stand.
 Digest digest_apart(const Attributes& attributes);
+void put(Digester& d, const Variation& variation);
 void put(Digester& d, const Light& light);
 void put(Digester& d, const Camera& camera);
 void put(Digester& d, const ColorOptions& color); // but for the display's

@@ -72,6 +72,7 @@ struct Placement { // primitives and lights, in the world or the group
 struct Places { // instances, as in Group::Instances
     Buffer<float> transforms;
     std::vector<double> times = {};
+    std::optional<Variation> variation = {}; // none = as it was
 };
 struct Replace {
     NodeId id;

@@ -115,6 +115,26 @@ Fault fault_of(const Places& places) {
     return std::nullopt;
 }
 
+Fault fault_of(const Variation& variation, size_t instances) {
+    const struct {
+        const char* name;
+        const Buffer<float>& values;
+        size_t components;
+        float least;
+    } all[] = {{"variant", variation.variant, 1, 0},
+               {"tint", variation.tint, 3, 0},
+               {"roughness", variation.roughness, 1, -1}};
+    for (const auto& [name, values, components, least] : all) {
+        if (!values.empty() && values.size() != components && values.size() != components * instances)
+            return std::string(name) + ": expected " + (components == 1 ? "a number" : "three numbers") +
+                   ", or that for each of " + std::to_string(instances) + " instances; got " +
+                   std::to_string(values.size()) + " numbers";
+        if (std::ranges::any_of(values, [&](float x) { return !(x >= least && x < 1e6f); }))
+            return std::string(name) + ": expected numbers from " + std::to_string(int(least)) + " on";
+    }
+    return std::nullopt;
+}
+
 Fault fault_of(const Primitive& p, size_t solids) {
     if (!p.attributes)
         return "the primitive has no attributes";
@@ -132,7 +152,9 @@ Fault fault_of(const Group::Instances& instances, size_t groups_before) {
     if (instances.group < 0 || instances.group >= int(groups_before))
         return "instances are of groups that were added before: there are " + std::to_string(groups_before) +
                ", not number " + std::to_string(instances.group);
-    return fault_of(Places{instances.transforms, instances.times});
+    if (const Fault fault = fault_of(Places{instances.transforms, instances.times}))
+        return fault;
+    return fault_of(instances.variation, instances.count());
 }
 
 Fault fault_of(const Group& group, size_t groups_before) {

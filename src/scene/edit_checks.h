@@ -11,6 +11,7 @@ Fault fault_of(const Shape& shape);
 Fault fault_of(const Places& places);
 // `solids`, `groups_before`: how many there are of those that it may mean by number.
 Fault fault_of(const Primitive& primitive, size_t solids);
+Fault fault_of(const Variation& variation, size_t instances);
 Fault fault_of(const Group::Instances& instances, size_t groups_before);
 Fault fault_of(const Group& group, size_t groups_before);
 

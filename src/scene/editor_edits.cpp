@@ -395,6 +395,11 @@ Outcome Editor::replace(Replace edit) {
             return wrong("places", "instances");
         if (const Fault fault = fault_of(*places))
             return refused(*fault);
+        const size_t count = places->transforms.size() / 12 / std::max<size_t>(places->times.size(), 1);
+        if (const Fault fault = fault_of(places->variation.value_or(instances->variation), count))
+            return refused(*fault);
+        if (places->variation)
+            instances->variation = std::move(*places->variation);
         instances->transforms = std::move(places->transforms);
         instances->times = std::move(places->times);
         return done(Aspect::Placement);

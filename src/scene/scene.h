@@ -74,6 +74,9 @@ struct Attributes {
     bool area_light_by_intensity = false; // of "arealight": see scene/schema/attributes.cpp
     // Of the paths' numbers from 0 to 1 those that meet it: a level of detail in transition.
     float level_from = 0, level_to = 1;
+    // Of a primitive that is instanced: its surface is shaded so many times, with the variable "variant" from
+    // 0 on, and instances show any of them, or what lies between two (Variation).
+    int variants = 1;
     ValueList user; // every other Attribute call, as "category:name"
 };
 
@@ -209,6 +212,15 @@ struct Solid {
 // ---- instances
 // ------------------------------------------------------------------------------------------------------
 
+// How instances of one thing differ in looks. Each is empty (they do not), or has a value, or one for each
+// instance. Of nested instances the innermost that has any counts.
+struct Variation {
+    Buffer<float> variant;   // of Attributes::variants; between whole numbers the two are blended
+    Buffer<float> tint;      // RGB, from 0 on: multiplies the colours of bodies (grid::LobeInput::body)
+    Buffer<float> roughness; // is added to that of lobes, which stays within 0 and 1
+    bool empty() const { return variant.empty() && tint.empty() && roughness.empty(); }
+};
+
 struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is relative to the group
     std::string name;
     std::vector<Primitive> primitives;
@@ -220,6 +232,8 @@ struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is re
         int first_id = 0;
         // Two times or more: `transforms` holds all instances at the first, then all at the second, …
         std::vector<double> times = {};
+        Variation variation = {};
+        bool unique = false; // each is diced and shaded where it stands, as a thing of its own
         bool moves() const { return times.size() > 1; }
         size_t count() const { return transforms.size() / 12 / (moves() ? times.size() : 1); }
         NodeId node = NodeId::None;

@@ -15,6 +15,7 @@
 #include "shade/lights.h"
 #include "shade/opacity.h"
 #include "shade/spread_light.h"
+#include "shade/variants.h"
 
 namespace kanuka::shade {
 
@@ -315,6 +316,19 @@ std::string SystemImpl::material_key(const MaterialCore& shared, const BoundShad
 std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& primitive,
                                                      const Transform& current_from_object,
                                                      const Transform& current_from_world) {
+    const int variants = primitive.attributes ? primitive.attributes->variants : 1;
+    if (variants <= 1)
+        return plain_material(primitive, current_from_object, current_from_world);
+    std::vector<std::shared_ptr<const Material>> materials;
+    for (int k = 0; k < variants; k++)
+        materials.push_back(
+            plain_material(with_variant(primitive, k), current_from_object, current_from_world));
+    return make_variants(primitive, std::move(materials), m_journal);
+}
+
+std::shared_ptr<const Material> SystemImpl::plain_material(const scene::Primitive& primitive,
+                                                           const Transform& current_from_object,
+                                                           const Transform& current_from_world) {
     static const scene::Attributes fallback;
     const scene::Attributes& attributes = primitive.attributes ? *primitive.attributes : fallback;
     MaterialImpl::Own own;

@@ -73,6 +73,9 @@ class SystemImpl final : public ShadingSystem {
     std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                              const Transform& current_from_object,
                                              const Transform& current_from_world) override;
+    std::shared_ptr<const Material> plain_material(const scene::Primitive& primitive,
+                                                   const Transform& current_from_object,
+                                                   const Transform& current_from_world);
     std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
                                      const Bounds3f& lit) override;
     void find_files(scene::Light& light) override { find_light_files(light, m_textures, m_journal); }

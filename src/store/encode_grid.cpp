@@ -78,6 +78,10 @@ void encode_grid(const ShadedGrid& shaded, const grid::LayeringProgram& program,
         out.shape.flags |= ShapeRecord::Tinted;
     if (program.needs_tangent())
         encode_tangents(*shaded.grid, normals, out);
+    for (const std::vector<grid::SlotValues>& slots : shaded.inputs->variants) {
+        GridInputs variant(shaded, slots, program, out);
+        encode_words(variant, layout, palette, out);
+    }
     if (program.emits())
         encode_emitters(shaded, inputs, palette, normals, out);
     else

@@ -14,17 +14,21 @@ class GridInputs {
   public:
     // What had to be changed is counted in `counts`, every time that it is read.
     GridInputs(const ShadedGrid& shaded, const grid::LayeringProgram& program, Encoded& counts)
-        : m_inputs(*shaded.inputs), m_program(program), m_counts(counts), m_grid(*shaded.grid),
-          m_count(shaded.grid->vertices()) {}
+        : GridInputs(shaded, shaded.inputs->slots, program, counts) {}
+    // Of a variant.
+    GridInputs(const ShadedGrid& shaded, const std::vector<grid::SlotValues>& slots,
+               const grid::LayeringProgram& program, Encoded& counts)
+        : m_slots(slots), m_stride(shaded.inputs->stride), m_program(program), m_counts(counts),
+          m_grid(*shaded.grid), m_count(shaded.grid->vertices()) {}
 
     const grid::LayeringProgram& program() const { return m_program; }
     int vertices() const { return m_count; }
 
     // `most`: emitters keep whole floats.
     float value(int slot, int component, int vertex, float most = LargestHalf) {
-        const grid::SlotValues& values = m_inputs.slots[slot];
+        const grid::SlotValues& values = m_slots[size_t(slot)];
         const float x = values.uniform ? values.value[component]
-                                       : values.data[size_t(component) * m_inputs.stride + vertex];
+                                       : values.data[size_t(component) * size_t(m_stride) + size_t(vertex)];
         return clean(x, m_program.slots[slot], most);
     }
 
@@ -40,12 +44,12 @@ class GridInputs {
     Rgb color(int slot, int i) { return {value(slot, 0, i), value(slot, 1, i), value(slot, 2, i)}; }
 
     bool constant(int slot) const {
-        const grid::SlotValues& values = m_inputs.slots[slot];
+        const grid::SlotValues& values = m_slots[size_t(slot)];
         if (values.uniform)
             return true;
         const int components = grid::components_of(m_program.slots[slot].type);
         for (int c = 0; c < components; c++) {
-            const float* a = values.data.data() + size_t(c) * m_inputs.stride;
+            const float* a = values.data.data() + size_t(c) * size_t(m_stride);
             for (int i = 1; i < m_count; i++)
                 if (std::bit_cast<uint32_t>(a[i]) != std::bit_cast<uint32_t>(a[0]))
                     return false;
@@ -83,7 +87,8 @@ class GridInputs {
                              : std::clamp(x, low, std::isfinite(x) ? high : std::min(high, LargestHalf));
     }
 
-    const grid::VertexInputs& m_inputs;
+    const std::vector<grid::SlotValues>& m_slots;
+    const int m_stride;
     const grid::LayeringProgram& m_program;
     Encoded& m_counts;
     const grid::Grid& m_grid;

@@ -68,7 +68,7 @@ class ShapeCheck {
         return emitters <= m_h.emitters;
     }
 
-    // `entries`: of the program's words, its normal and, if it has one, its tangent.
+    // `entries`: of the program's words, its normal and, if it has one, its tangent; of words of variants.
     bool inputs_fit(int entries) const {
         if (!Part{m_h.tables_at, m_h.inputs_at}.holds(m_s.slot_table, 2 * uint64_t(entries)))
             return false;
@@ -131,7 +131,8 @@ const char* fault_of(const Page& page) {
 const char* fault_of(const Page& page, const grid::LayeringProgram& program) {
     if (const char* fault = fault_of(page))
         return fault;
-    const int entries = int(grid::WordLayout(program).words.size()) + (program.needs_tangent() ? 2 : 1);
+    const int words = int(grid::WordLayout(program).words.size());
+    const int entries = words * program.variants + (program.needs_tangent() ? 2 : 1);
     const PageHeader& h = page.header();
     for (uint32_t i = 0; i < h.shapes; i++) {
         ShapeRecord s;

@@ -45,7 +45,7 @@ struct ShapeRecord {
     int32_t flags;
     int32_t program;    // index into Store::programs
     int32_t slot_table; // words: {base, stride} for each word of the vertex record, then for the normal,
-                        // then for the tangent of programs that need one
+                        // then for the tangent of programs that need one; then words of its variants
     int32_t positions; // of traced vertex 0: xyz triples; of grids a multiple of 3, for the ray tracer's sake
     int32_t mu, mv;    // traced cells; mesh: vertices, faces
     int32_t steps;     // log2: step_u | step_v << 4 | edge steps << 8, 12, 16, 20 (Edge order)

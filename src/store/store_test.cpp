@@ -7,6 +7,7 @@
 
 #include "base/tasks.h"
 #include "color/color.h"
+#include "store/page_check.h"
 #include "store/quantize.h"
 
 namespace kanuka::store {
@@ -54,6 +55,37 @@ TEST(Encode, ConstantInputsFoldExactly) {
     EXPECT_EQ(store.floats(0)[normal.base + 2], 1.0f);
     EXPECT_EQ(store.presence(0, 0, 0.3f, 0.4f), 0.7654321f);
     EXPECT_TRUE(store.shapes()[0].flags & ShapeRecord::FlatNormal);
+}
+
+// Tables of variants lie behind the normal's; what does not vary is there once.
+TEST(Encode, VariantsHaveTablesAndWordsOfTheirOwn) {
+    auto program = lamp_program();
+    HandMade made(3, 2, program);
+    made.scramble(5);
+    const Page plain = encode_one(made, program);
+    for (float shade : {0.25f, 0.75f}) {
+        made.inputs.variants.push_back(made.inputs.slots);
+        made.inputs.variants.back()[0] = {true, Vec3f(shade), {}};
+    }
+    program.variants = 3;
+    Page page = encode_one(made, program);
+    EXPECT_EQ(page.header().micropolygons, plain.header().micropolygons);
+    page.header().checksum = checksum_of(page.header(), page);
+    EXPECT_EQ(fault_of(page, program), nullptr);
+    program.variants = 4; // a table more than there is
+    EXPECT_STREQ(fault_of(page, program), "its shapes do not fit");
+    program.variants = 3;
+    Store store;
+    store.add_page(page, program, -1);
+    const int words = 3, first = words + 1; // the normal's
+    EXPECT_EQ(entry(store, 0, 0).stride, 1u);
+    for (int k = 0; k < 2; k++) {
+        const Entry reflectance = entry(store, 0, first + k * words);
+        EXPECT_EQ(reflectance.stride, 0u);
+        const auto c = color::uplift(Rgb(k ? 0.75f : 0.25f));
+        EXPECT_EQ(store.floats(0)[reflectance.base], c[0]);
+        EXPECT_EQ(entry(store, 0, first + k * words + 1).stride, 1u); // weights are the same, and there again
+    }
 }
 
 TEST(Encode, WholeFloatsStayAsTheyAre) {

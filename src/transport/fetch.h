@@ -6,22 +6,167 @@
 
 namespace kanuka::transport {
 
+// What the instances around hits change of their looks.
+template <int W>
+struct InstanceLook {
+    Float<W> variant, roughness, c0, c1, c2, scale;
+    Mask<W> tinted;
+
+    InstanceLook(const VariationRow* rows, Int<W> variation) {
+        const auto row = load_rows<8>(reinterpret_cast<const float*>(rows), variation << 3);
+        variant = row[0], roughness = row[1], tinted = row[2] != Float<W>(0.0f);
+        c0 = row[4], c1 = row[5], c2 = row[6], scale = row[7];
+    }
+};
+
 // Reads lobe inputs at a place. Constant words (stride 0) are floats already; varying ones are decoded at the
 // vertices around the hit, interpolated, and then uplifted: the order that keeps a texture's colours.
 template <int W>
 class InputFetch {
   public:
+    using Place = bsdf::MaterialCode::Place;
+    // `look`: null = no instance differs.
     InputFetch(const SceneView& scene, const bsdf::MaterialCode& code, const ShapeLanes<W>& shape,
-               const HitPlace<W>& place, const Float<W>* l)
-        : m_scene(scene), m_code(code), m_table(shape.slot_table), m_place(place), m_l(l) {}
+               const HitPlace<W>& place, const Float<W>* l, const InstanceLook<W>* look = nullptr)
+        : m_scene(scene), m_code(code), m_table(shape.slot_table), m_place(place), m_l(l), m_look(look) {}
 
-    Spectrum<W> color(const bsdf::MaterialCode::Place& input) const {
-        if (input.word < 0) {
-            // Schema defaults are greys: their spectra are constants.
-            return Spectrum<W>(Float<W>(input.fallback.x));
-        }
+    Spectrum<W> color(const Place& input) const {
+        return differs(input) ? varied_color(input) : plain_color(input);
+    }
+    Float<W> number(const Place& input) const {
+        return differs(input) ? varied_number(input) : plain_number(input);
+    }
+    // Light without an upper bound: a spectrum of scale * S(lambda; c) * D65.
+    Spectrum<W> amount(const Place& input) const {
+        return differs(input) ? varied_amount(input) : plain_amount(input);
+    }
+    // A float that is kept as it is.
+    Float<W> exact(const Place& input) const {
+        return differs(input) ? varied_exact(input) : plain_exact(input);
+    }
+    // A unit vector of any length between vertices; zero where nobody said.
+    Vec3<Float<W>> direction(const Place& input) const {
+        return differs(input) ? varied_direction(input) : direction_of(entry_of(input.word));
+    }
+
+    // The shading normal, in the space of the shape; zero where the shape has none.
+    Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
+        return if_any(shape, direction_of(entry_of(m_code.words)));
+    }
+    // At the time of the hit.
+    Vec3<Float<W>> normal(const ShapeLanes<W>& shape, const MotionLanes<W>& motion) const {
+        const Entry here = entry_of(m_code.words);
+        // A step's normals lie behind those of the step before: three floats, or a word a vertex.
+        const Int<W> each = kanuka::select(here.stride == Int<W>(0), Int<W>(3),
+                                           (shape.nu + Int<W>(1)) * (shape.nv + Int<W>(1)));
+        const Int<W> base = kanuka::select(motion.moving, here.base + each * motion.segment, here.base);
+        const Vec3<Float<W>> a = direction_of({base, here.stride});
+        const Vec3<Float<W>> b =
+            direction_of({kanuka::select(motion.moving, base + each, base), here.stride});
+        return if_any(shape, kanuka::select(motion.moving, a + (b - a) * motion.f, a));
+    }
+    // Likewise at a vertex, of lanes whose normals vary.
+    Vec3<Float<W>> normal_of(Int<W> vertex, Mask<W> m) const {
+        const Entry e = entry_of(m_code.words);
+        return decode_oct(gather(m_code.page_words, kanuka::select(m, e.base + vertex, Int<W>(0))));
+    }
+    // The direction of dPdu, in the same space; of programs that need it.
+    Vec3<Float<W>> tangent() const { return direction_of(entry_of(m_code.words + 1)); }
+
+  private:
+    struct Entry { // of a slot table
         Int<W> base, stride;
-        entry(input.word, base, stride);
+    };
+    Entry entry_of(Int<W> number) const {
+        // And the next entry, or inputs.
+        const auto row = load_rows<4>(m_code.page_words, m_table + (number << 1));
+        return {bitcast_int(row[0]), bitcast_int(row[1])};
+    }
+    Entry entry_of(int number) const { return entry_of(Int<W>(number)); }
+
+    // ---- the same for all instances
+
+    // Schema defaults are greys: their spectra are constants.
+    Spectrum<W> plain_color(const Place& input) const {
+        return input.word < 0 ? Spectrum<W>(Float<W>(input.fallback.x))
+                              : color_of(input, entry_of(input.word));
+    }
+    Float<W> plain_number(const Place& input) const {
+        return input.word < 0 ? Float<W>(input.fallback.x) : number_of(input, entry_of(input.word));
+    }
+    Spectrum<W> plain_amount(const Place& input) const { return amount_of(entry_of(input.word)); }
+    Float<W> plain_exact(const Place& input) const {
+        return input.word < 0 ? Float<W>(input.fallback.x) : exact_of(entry_of(input.word));
+    }
+
+    // ---- what differs between instances; out of the way of scenes where nothing does
+
+    bool differs(const Place& input) const { return m_look && input.varies != Place::Varies::No; }
+
+    // What read(entry) gives of the two variants that an instance lies between, blended.
+    template <class Read>
+    auto between_variants(const Place& input, const Read& read) const {
+        if (m_code.variants == 1)
+            return read(entry_of(input.word));
+        const Float<W> last(float(m_code.variants - 1));
+        const Float<W> variant = min(m_look->variant, last);
+        const Int<W> lower = to_int(variant), upper = min(lower + Int<W>(1), Int<W>(m_code.variants - 1));
+        const auto at = [&](Int<W> v) {
+            const Int<W> beyond = Int<W>(m_code.first_entry(1)) + (v - Int<W>(1)) * Int<W>(m_code.words);
+            return entry_of(kanuka::select(v == Int<W>(0), Int<W>(0), beyond) + Int<W>(input.word));
+        };
+        Float<W> f = variant - Float<W>(lower);
+        if (input.between != grid::Between::Linear) // what has nothing between, or more than one way there
+            f = kanuka::select(f < Float<W>(0.5f), Float<W>(0.0f), Float<W>(1.0f));
+        const auto a = read(at(lower));
+        if (!any(f > Float<W>(0.0f)))
+            return a;
+        return a * (Float<W>(1.0f) - f) + read(at(upper)) * f;
+    }
+    [[gnu::noinline]] Spectrum<W> varied_color(const Place& input) const {
+        Spectrum<W> s = input.word < 0
+                            ? plain_color(input)
+                            : between_variants(input, [&](const Entry& e) { return color_of(input, e); });
+        const Float<W> zero(0.0f), one(1.0f);
+        if (input.varies == Place::Varies::Rougher)
+            for (int k = 0; k < Wavelengths; k++)
+                s[k] = clamp(s[k] + m_look->roughness, zero, one);
+        return input.varies == Place::Varies::Tinted ? tinted(s, one) : s;
+    }
+    [[gnu::noinline]] Float<W> varied_number(const Place& input) const {
+        const Float<W> x = input.word < 0
+                               ? plain_number(input)
+                               : between_variants(input, [&](const Entry& e) { return number_of(input, e); });
+        return input.varies == Place::Varies::Rougher
+                   ? clamp(x + m_look->roughness, Float<W>(0.0f), Float<W>(1.0f))
+                   : x;
+    }
+    [[gnu::noinline]] Spectrum<W> varied_amount(const Place& input) const {
+        const Spectrum<W> s = between_variants(input, [&](const Entry& e) { return amount_of(e); });
+        return input.varies == Place::Varies::Tinted ? tinted(s, Float<W>(1e30f)) : s;
+    }
+    [[gnu::noinline]] Float<W> varied_exact(const Place& input) const {
+        return input.word < 0 ? plain_exact(input)
+                              : between_variants(input, [&](const Entry& e) { return exact_of(e); });
+    }
+    [[gnu::noinline]] Vec3<Float<W>> varied_direction(const Place& input) const {
+        return between_variants(input, [&](const Entry& e) { return direction_of(e); });
+    }
+    Spectrum<W> tinted(Spectrum<W> s, Float<W> most) const {
+        if (!any(m_look->tinted))
+            return s;
+        Spectrum<W> t = bsdf::sigmoid_spectrum(m_look->c0, m_look->c1, m_look->c2, m_l) * m_look->scale;
+        if (!m_scene.spectra.tables.empty())
+            t = select_measured(m_scene, m_look->c0, m_look->c1, m_look->scale, m_l, t);
+        for (int k = 0; k < Wavelengths; k++)
+            s[k] = kanuka::select(m_look->tinted, min(s[k] * t[k], most), s[k]);
+        return s;
+    }
+
+    // ---- an input by its entry
+
+    Spectrum<W> color_of(const Place& input, const Entry& entry) const {
+        const auto& [base, stride] = entry;
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> c0, c1, c2, scale(1.0f);
         if (any(constant)) {
@@ -44,11 +189,8 @@ class InputFetch {
         return m_scene.spectra.tables.empty() ? s : select_measured(m_scene, c0, c1, scale, m_l, s);
     }
 
-    Float<W> number(const bsdf::MaterialCode::Place& input) const {
-        if (input.word < 0)
-            return Float<W>(input.fallback.x);
-        Int<W> base, stride;
-        entry(input.word, base, stride);
+    Float<W> number_of(const Place& input, const Entry& entry) const {
+        const auto& [base, stride] = entry;
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> r(0.0f);
         if (any(constant))
@@ -65,10 +207,8 @@ class InputFetch {
         return r;
     }
 
-    // Light without an upper bound: a spectrum of scale * S(lambda; c) * D65.
-    Spectrum<W> amount(const bsdf::MaterialCode::Place& input) const {
-        Int<W> base, stride;
-        entry(input.word, base, stride);
+    Spectrum<W> amount_of(const Entry& entry) const {
+        const auto& [base, stride] = entry;
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> c0(0.0f), c1(0.0f), c2(0.0f), scale(0.0f);
         if (any(constant)) {
@@ -89,12 +229,8 @@ class InputFetch {
         return emission_spectrum(m_scene, c0, c1, c2, scale, m_l);
     }
 
-    // A float that is kept as it is.
-    Float<W> exact(const bsdf::MaterialCode::Place& input) const {
-        if (input.word < 0)
-            return Float<W>(input.fallback.x);
-        Int<W> base, stride;
-        entry(input.word, base, stride);
+    Float<W> exact_of(const Entry& entry) const {
+        const auto& [base, stride] = entry;
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> sum(0.0f);
         for (int k = 0; k < 4; k++)
@@ -104,45 +240,6 @@ class InputFetch {
         return kanuka::select(constant, gather(m_code.page_floats(), base), sum);
     }
 
-    // A unit vector of any length between vertices; zero where nobody said.
-    Vec3<Float<W>> direction(const bsdf::MaterialCode::Place& input) const {
-        Int<W> base, stride;
-        entry(input.word, base, stride);
-        return direction_at(base, stride);
-    }
-
-    // The shading normal, in the space of the shape; zero where the shape has none.
-    Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
-        Int<W> base, stride;
-        entry(m_code.words, base, stride);
-        return if_any(shape, direction_at(base, stride));
-    }
-    // At the time of the hit.
-    Vec3<Float<W>> normal(const ShapeLanes<W>& shape, const MotionLanes<W>& motion) const {
-        Int<W> base, stride;
-        entry(m_code.words, base, stride);
-        // A step's normals lie behind those of the step before: three floats, or a word a vertex.
-        const Int<W> each =
-            kanuka::select(stride == Int<W>(0), Int<W>(3), (shape.nu + Int<W>(1)) * (shape.nv + Int<W>(1)));
-        base = kanuka::select(motion.moving, base + each * motion.segment, base);
-        const Vec3<Float<W>> a = direction_at(base, stride);
-        const Vec3<Float<W>> b = direction_at(kanuka::select(motion.moving, base + each, base), stride);
-        return if_any(shape, kanuka::select(motion.moving, a + (b - a) * motion.f, a));
-    }
-    // Likewise at a vertex, of lanes whose normals vary.
-    Vec3<Float<W>> normal_of(Int<W> vertex, Mask<W> m) const {
-        Int<W> base, stride;
-        entry(m_code.words, base, stride);
-        return decode_oct(gather(m_code.page_words, kanuka::select(m, base + vertex, Int<W>(0))));
-    }
-    // The direction of dPdu, in the same space; of programs that need it.
-    Vec3<Float<W>> tangent() const {
-        Int<W> base, stride;
-        entry(m_code.words + 1, base, stride);
-        return direction_at(base, stride);
-    }
-
-  private:
     // What the vertices around have, here.
     Float<W> between(grid::Between rule, const Float<W> value[4]) const {
         using F = Float<W>;
@@ -166,20 +263,14 @@ class InputFetch {
         return nearest + sum;
     }
 
-    void entry(int word, Int<W>& base, Int<W>& stride) const {
-        // And the next entry, or inputs.
-        const auto row = load_rows<4>(m_code.page_words, m_table + Int<W>(2 * word));
-        base = bitcast_int(row[0]);
-        stride = bitcast_int(row[1]);
-    }
-
     static Vec3<Float<W>> if_any(const ShapeLanes<W>& shape, const Vec3<Float<W>>& n) {
         const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         return kanuka::select(shape.has(store::ShapeRecord::HasNormals), n, zero);
     }
 
     // A unit vector of the vertices around.
-    Vec3<Float<W>> direction_at(Int<W> base, Int<W> stride) const {
+    Vec3<Float<W>> direction_of(const Entry& entry) const {
+        const auto& [base, stride] = entry;
         const Mask<W> constant = stride == Int<W>(0);
         Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         if (any(constant)) {
@@ -228,6 +319,7 @@ class InputFetch {
     Int<W> m_table;
     const HitPlace<W>& m_place;
     const Float<W>* m_l;
+    const InstanceLook<W>* m_look;
 };
 
 } // namespace kanuka::transport

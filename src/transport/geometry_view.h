@@ -6,6 +6,7 @@
 #include "bsdf/material.h"
 #include "store/store.h"
 #include "transport/ray_query.h"
+#include "transport/variation_row.h"
 
 namespace kanuka::transport {
 
@@ -16,7 +17,8 @@ struct GeometryView {
     RayQuery ray_query;
     std::span<const bsdf::MaterialCode> materials; // by program
     bool instanced = false;
-    bool moving = false; // paths have a time: something moves while the shutter is open
+    const VariationRow* variations = nullptr; // by bvh::HitPacket::variation; null = no instance has one
+    bool moving = false;                      // paths have a time: something moves while the shutter is open
     bool tinted = false; // some shape stops some colours more than others: store::ShapeRecord::Tinted
     // Some shape has it: store::Links::seen, and levels of detail in transition.
     bool holds_out = false, hides = false, fades = false, backdrops = false;

@@ -90,12 +90,14 @@ struct alignas(64) HitState {
     std::vector<float> world_from_shape[12]; // only where the scene has instances
     std::vector<int32_t> slot_shift;
     std::vector<float> magnitude; // bvh::HitPacket::magnitude
+    std::vector<int32_t> variation;
 
     void keep_instances() {
         for (auto& a : world_from_shape)
             a.assign(BatchPadded, 0.0f);
         slot_shift.assign(BatchPadded, 0);
         magnitude.assign(BatchPadded, 0.0f);
+        variation.assign(BatchPadded, 0);
     }
 };
 

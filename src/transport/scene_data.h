@@ -26,6 +26,7 @@ struct SceneInputs {
     const bvh::Scene* bvh = nullptr;
     std::span<const bvh::GroupDesc> groups; // the last is the world; bvh::number_emitters() has been there
     bool instanced = false;
+    std::span<const VariationRow> variations; // as GeometryView has them
     std::vector<scene::Light> lights;
     std::vector<AreaLight> area_lights;    // by store::Links::area_light - 1
     color::Palette* palette = nullptr;     // what RGB means; null = Rec.709

@@ -125,6 +125,7 @@ void keep_hits(const SceneView& scene, const bvh::HitPacket<W>& hit, HitState& h
             std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k], sizeof(float) * W);
     hit.slot_shift.store(hits.slot_shift.data() + first);
     hit.magnitude.store(hits.magnitude.data() + first);
+    hit.variation.store(hits.variation.data() + first);
 }
 
 // The rays of some paths. `slots` are those of lanes; `in_use` the same, within the queue.

@@ -40,6 +40,7 @@ pass_walls(const SceneView& scene, BatchState& batch, WallScratch& scratch, cons
     if (scene.geometry.instanced) {
         hit.instanced.store(scratch.hits.instanced);
         hit.magnitude.store(scratch.hits.magnitude.data());
+        hit.variation.store(scratch.hits.variation.data());
         for (int k = 0; k < 12; k++)
             std::memcpy(scratch.hits.world_from_shape[k].data(), hit.world_from_shape[k], sizeof(float) * W);
     }

@@ -1,6 +1,8 @@
 // A hit on a surface, one a lane: where it is, which way it faces, and the inputs of its material.
 #pragma once
 
+#include <optional>
+
 #include "transport/fetch.h"
 #include "transport/media.h"
 #include "transport/path_state.h"
@@ -42,6 +44,7 @@ struct SurfaceHit {
     F raw_cos_outside;
     ShapeLanes<W> shape;
     HitPlace<W> place;
+    std::optional<InstanceLook<W>> look; // where instances differ
     InputFetch<W> fetch;
     M camera;             // nobody sees what it has passed: see camera_paths()
     Crossing<W> crossing; // where scene.media.tracked
@@ -54,7 +57,8 @@ struct SurfaceHit {
           Ng(vector_of(hit, HitState::Ng)), t(hit[HitState::T]),
           shape(at.scene.geometry.shapes, bitcast_int(hit[HitState::Shape])),
           place(code.page_words, shape, bitcast_int(hit[HitState::Prim]), hit[HitState::U], hit[HitState::V]),
-          fetch(at.scene, code, shape, place, l), camera(camera_paths(at.scene, at.paths, slot, at.number)) {
+          look(look_of(at, slot)), fetch(at.scene, code, shape, place, l, look ? &*look : nullptr),
+          camera(camera_paths(at.scene, at.paths, slot, at.number)) {
         const auto waves = load_rows<4>(at.batch.l, path << 2);
         for (size_t k = 0; k < Wavelengths; k++)
             l[k] = waves[k];
@@ -119,6 +123,12 @@ struct SurfaceHit {
     V offset(const V& w) const { return P + Ng * copysign(clearance, dot(w, horizon)); }
 
   private:
+    static std::optional<InstanceLook<W>> look_of(const Bounce& at, I slot) {
+        const VariationRow* rows = at.scene.geometry.variations;
+        return rows ? std::optional<InstanceLook<W>>(std::in_place, rows,
+                                                     gather(at.hits.variation.data(), slot))
+                    : std::nullopt;
+    }
     // Anchors a hit on a fibre where its surface has the hit's normal, at the end of the segment that is
     // farther that way: a plane of that normal touches the surface there, along the segment, and at the hit.
     // Its sides are both the segment.

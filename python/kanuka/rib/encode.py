@@ -81,23 +81,36 @@ def placed(columns: object, times: Sequence[float] | None) -> bytes:
     return moving(made, times_of(len(made), times))
 
 
-def instances(handle: str, columns: np.ndarray, times: Sequence[float] | None) -> bytes:
-    """ObjectInstance for each matrix, (N, 3 or 4, 4) or (T, N, 3 or 4, 4): rows of bytes that are alike but for it."""
+def instances(
+    handle: str, columns: np.ndarray, times: Sequence[float] | None, differences: Mapping[str, object] | None = None
+) -> bytes:
+    """ObjectInstance for each matrix, (N, 3 or 4, 4) or (T, N, 3 or 4, 4): rows of bytes that are alike but for it.
+    `differences`: values of Attribute "instance", one or one for each."""
     given = np.asarray(columns, dtype=np.float32)
     steps = given[None] if given.ndim == 3 else given
     count = steps.shape[1]
     full = np.zeros((len(steps), count, 4, 4), dtype=np.float32)
     full[..., 3, 3] = 1
     full[..., :3, :] = steps[..., :3, :]
-    rows = np.ascontiguousarray(full.transpose(0, 1, 3, 2), dtype=">f4").view(np.uint8).reshape(len(steps), count, 64)
-    head = b"TransformBegin\n"
+    rows = _numbers(full.transpose(0, 1, 3, 2)).reshape(len(steps), count, 64)
+    own = {name: values for name, values in (differences or {}).items() if values is not None}
+    parts = [_alike(b"AttributeBegin\n" if own else b"TransformBegin\n", count)]
+    for name, values in own.items():
+        width = 3 if name == "tint" else 1  # that of "unique" is a number, too
+        each = _numbers(np.broadcast_to(np.asarray(values, dtype=np.float32).reshape(-1, width), (count, width)))
+        token = f'Attribute "instance" "uniform {"color" if width == 3 else "float"} {name}" '.encode()
+        parts += [_alike(token + b"\xc8" + bytes([width]), count), each.reshape(count, 4 * width), _alike(b"\n", count)]
     if len(steps) > 1:
-        head += request("MotionBegin", np.asarray(times_of(len(steps), times), dtype=float))
-    parts = [_alike(head, count)]
+        parts.append(_alike(request("MotionBegin", np.asarray(times_of(len(steps), times), dtype=float)), count))
     for row in rows:
         parts += [_alike(b"ConcatTransform \xcb" + (16).to_bytes(4, "big"), count), row, _alike(b"\n", count)]
-    tail = (request("MotionEnd") if len(steps) > 1 else b"") + request("ObjectInstance", handle) + b"TransformEnd\n"
+    tail = (request("MotionEnd") if len(steps) > 1 else b"") + request("ObjectInstance", handle)
+    tail += b"AttributeEnd\n" if own else b"TransformEnd\n"
     return np.concatenate([*parts, _alike(tail, count)], axis=1).tobytes()
+
+
+def _numbers(values: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(values, dtype=">f4").view(np.uint8)
 
 
 def _alike(coded: bytes, count: int) -> np.ndarray:

@@ -146,12 +146,15 @@ class RibPlace:
             made = sense + shapes.trim_curves(trim) + made
         return self._add(made, looks)
 
-    def add_instances(self, group: RibGroup, transforms, times=None) -> None:
-        self._requests.append(instances(group.handle, np.asarray(transforms), times))
+    def add_instances(
+        self, group: RibGroup, transforms, times=None, *, variant=None, tint=None, roughness=None, unique=False
+    ) -> None:
+        differences = {"variant": variant, "tint": tint, "roughness": roughness, "unique": unique or None}
+        self._requests.append(instances(group.handle, np.asarray(transforms), times, differences))
 
 
 LOOKS = frozenset(
-    {"material", "transform", "area_light", "name", "shading_rate", "visible_camera", "double_sided"}
+    {"material", "transform", "area_light", "name", "shading_rate", "visible_camera", "double_sided", "variants"}
     | {"reverse_orientation", "times", "lights_off", "shadows_off"}
 )
 TAGS = frozenset({"creases", "crease_sharpness", "corners", "corner_sharpness", "holes"}) | {
@@ -241,6 +244,8 @@ class RibScene(RibPlace):
                 )
         if not given.get("visible_camera", True):
             made.append(request("Attribute", "visibility", parameters={"integer camera": 0}))
+        if given.get("variants", 1) != 1:
+            made.append(request("Attribute", "instance", parameters={"integer variants": int(given["variants"])}))
         if given.get("shading_rate", 1) != 1:
             made.append(request("ShadingRate", float(given["shading_rate"])))
         if not given.get("double_sided", True):

@@ -82,7 +82,9 @@ class Shapes:
             item.bound = material
 
     def looks(self, item: Item, made: Made) -> dict[str, object]:
-        return {"transform": item.matrix, "name": item.path, "material": made.material, **self.links.of(item.prim)}
+        looks = {"transform": item.matrix, "name": item.path, "material": made.material, **self.links.of(item.prim)}
+        variants = item.authored("primvars:kanuka:variants", self.shutter.frame)
+        return looks | ({"variants": int(variants)} if variants is not None else {})
 
     def material(self, bound: UsdShade.Material | None, glow: Glow | None = None) -> Made:
         shine = glow.shine if glow else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -16,12 +16,35 @@ from .transforms import Transforms, columns
 STEP = 1 << 14  # matrices at a time, where there may be millions
 
 
+DIFFERENCES = {"variant": 1, "tint": 3, "roughness": 1}  # primvars:kanuka:… that instances differ by; their widths
+
+
+def differences_of(prim: Usd.Prim, frame: Usd.TimeCode, count: int, say: Say) -> dict[str, np.ndarray | bool]:
+    """As Scene.add_instances() takes them: one value, or one for each of `count` instances."""
+    found = {}
+    for name, width in DIFFERENCES.items():
+        attribute = prim.GetAttribute(f"primvars:kanuka:{name}")
+        if not attribute or not attribute.HasAuthoredValue():
+            continue
+        values = UsdGeom.Primvar(attribute).ComputeFlattened(frame)
+        numbers = np.asarray(values if values is not None else [], dtype=np.float32).reshape(-1)
+        if len(numbers) not in (width, width * count) or not np.isfinite(numbers).all():
+            text = f"expected {'a number' if width == 1 else 'a colour'}, or one for each of {count} instances"
+            say("warning", f"{prim.GetPath()}: primvars:kanuka:{name}: {text}. It has no effect")
+            continue
+        found[name] = np.maximum(numbers.reshape(-1, width) if width > 1 else numbers, -1 if name == "roughness" else 0)
+    if prim.HasAttribute("primvars:kanuka:unique") and prim.GetAttribute("primvars:kanuka:unique").Get(frame):
+        found["unique"] = True
+    return found
+
+
 @dataclass
 class Placed:
     """Instances of a prototype: matrices are (N, 3, 4), or (T, N, 3, 4) of what moves."""
 
     prototype: Usd.Prim
     matrices: np.ndarray
+    differences: dict[str, np.ndarray | bool] = field(default_factory=dict)
 
 
 @dataclass
@@ -51,6 +74,7 @@ class Instancer:
             self.say("error", f"{self.path}: {int(wrong.sum())} protoIndices name no prototype. Those are left out")
         if (places := self.places(len(indices))) is None:
             return
+        differences = differences_of(self.prim, self.shutter.frame, len(indices), self.say)
         mask = np.asarray(self.schema.ComputeMaskAtTime(self.shutter.frame), dtype=bool)
         for index, target in enumerate(targets):
             mine = indices == index
@@ -67,8 +91,12 @@ class Instancer:
             finite = np.isfinite(sums).reshape(-1, len(which)).all(axis=0)
             if not finite.all():
                 self.say("error", f"{self.path}: {int((~finite).sum())} places are no numbers. Those are left out")
-                matrices = matrices[..., finite, :, :]
-            yield Placed(prototype, matrices)
+                matrices, which = matrices[..., finite, :, :], which[finite]
+            own = {
+                name: each[which] if np.size(each) > DIFFERENCES.get(name, 1) else each
+                for name, each in differences.items()
+            }
+            yield Placed(prototype, matrices, own)
 
     def places(self, count: int) -> Still | Moving | None:
         """None: there are not as many positions as instances."""

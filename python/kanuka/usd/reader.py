@@ -15,7 +15,7 @@ from . import draw_modes, light_limits, volumes
 from .adders import ADDERS
 from .geometry import Shapes
 from .instanced_lights import InstancedLights, Places, instanced
-from .instances import Instancer
+from .instances import Instancer, differences_of
 from .items import IDENTITY, Above, Item, above_of, bindings_of, handed_down, moved, place_all
 from .lights import ADDERS as LIGHTS
 from .lights import Light, portals, stage_lights
@@ -62,6 +62,7 @@ class Instances:
     held: Held
     matrices: np.ndarray
     path: Sdf.Path = Sdf.Path.emptyPath
+    differences: dict[str, np.ndarray | bool] = field(default_factory=dict)
 
     def lights(self) -> Places:
         return instanced(self.held.lights, self.matrices, self.held.path, self.path or self.held.path)
@@ -150,7 +151,7 @@ class Reader:
                 self.instanced.add(self, each.lights())
 
     def add_instances(self, place: Place, each: Instances) -> None:
-        place.add_instances(each.held.group, each.matrices)
+        place.add_instances(each.held.group, each.matrices, **each.differences)
         if each.held.normalized and (np.abs(np.linalg.det(each.matrices[..., :3]) - 1) > 1e-3).any():
             text = "normalize divides by the area of its mesh in the prototype, whose instances are scaled"
             self.gathered.note(text, each.held.normalized)
@@ -256,13 +257,14 @@ class Reader:
         inherited = handed_down(prim, names, here)
         key = (prim.GetPrototype().GetPath(), here.purpose, here.draw_mode, bindings_of(inherited))
         held = self.group_of(key, prim, self.links.path_of(prim), here._replace(matrices=(IDENTITY,)), inherited)
-        found.instances.append(Instances(held, here.columns[..., None, :3, :], prim.GetPath()))
+        differences = differences_of(prim, self.shutter.frame, 1, self.say)
+        found.instances.append(Instances(held, here.columns[..., None, :3, :], prim.GetPath(), differences))
 
     def place_instancer(self, found: Found, prim: Usd.Prim, here: Above, root: tuple[Usd.Prim, Above]) -> None:
         # What prototypes hold is made first: places of many take much memory.
         for placed in Instancer(prim, here, root, self.shutter, self.transforms, self.say).placed():
             if (held := self.prototype_group(placed.prototype, prim)) is not None:
-                found.instances.append(Instances(held, placed.matrices))
+                found.instances.append(Instances(held, placed.matrices, differences=placed.differences))
 
     def prototype_group(self, prim: Usd.Prim, instancer: Usd.Prim) -> Held | None:
         """None: it is in itself."""

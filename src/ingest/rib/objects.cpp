@@ -1,10 +1,11 @@
 #include "ingest/rib/objects.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
-#include "ingest/rib/place_shaders.h"
 #include "scene/members.h"
+#include "scene/place_shaders.h"
 
 namespace kanuka::ingest {
 
@@ -142,39 +143,90 @@ static void append_3x4(std::vector<float>& out, const Transform& t) {
             out.push_back(float(t.m[row][column]));
 }
 
-void InstanceLists::add(int group, const Transform& still, const std::vector<TransformKey>& moving) {
+void InstanceLists::add(int group, const Transform& still, const std::vector<TransformKey>& moving,
+                        const InstanceDifference& difference) {
     std::vector<double> times;
     for (const TransformKey& k : moving)
         times.push_back(k.time);
-    std::vector<float>& list = lists[{group, times}];
+    List& list = lists[{group, times, difference.unique}];
     if (moving.empty())
-        append_3x4(list, still);
+        append_3x4(list.matrices, still);
     for (const TransformKey& k : moving)
-        append_3x4(list, k.transform);
+        append_3x4(list.matrices, k.transform);
+    if (difference.variant) {
+        list.variant.resize(list.count, 0.0f);
+        list.variant.push_back(*difference.variant);
+    }
+    if (difference.roughness) {
+        list.roughness.resize(list.count, 0.0f);
+        list.roughness.push_back(*difference.roughness);
+    }
+    if (difference.tint) {
+        list.tint.resize(3 * list.count, 1.0f);
+        list.tint.insert(list.tint.end(), {difference.tint->x, difference.tint->y, difference.tint->z});
+    }
+    list.count++;
 }
 
 std::vector<scene::Group::Instances> InstanceLists::take(int& next_id) {
     std::vector<scene::Group::Instances> out;
-    for (auto& [key, matrices] : lists) {
+    for (auto& [key, list] : lists) {
         scene::Group::Instances instances;
-        instances.group = key.first;
+        std::tie(instances.group, instances.times, instances.unique) = key;
         instances.first_id = next_id;
-        instances.times = key.second;
-        const size_t times = std::max<size_t>(key.second.size(), 1), count = matrices.size() / 12 / times;
+        const size_t times = std::max<size_t>(instances.times.size(), 1), count = list.count;
         if (times > 1) { // all instances at the first time, then all at the second, …
-            std::vector<float> sorted(matrices.size());
+            std::vector<float> sorted(list.matrices.size());
             for (size_t i = 0; i < count; i++)
                 for (size_t k = 0; k < times; k++)
-                    std::copy_n(matrices.begin() + long(12 * (i * times + k)), 12,
+                    std::copy_n(list.matrices.begin() + long(12 * (i * times + k)), 12,
                                 sorted.begin() + long(12 * (k * count + i)));
-            matrices = std::move(sorted);
+            list.matrices = std::move(sorted);
         }
         next_id += int(count);
-        instances.transforms = std::move(matrices);
+        instances.transforms = std::move(list.matrices);
+        const auto each = [&](std::vector<float>& values, size_t components, float none) {
+            if (!values.empty())
+                values.resize(components * count, none);
+            return scene::Buffer<float>(std::move(values));
+        };
+        instances.variation = {each(list.variant, 1, 0), each(list.tint, 3, 1), each(list.roughness, 1, 0)};
         out.push_back(std::move(instances));
     }
     lists.clear();
     return out;
+}
+
+InstanceDifference Objects::difference_of(std::shared_ptr<const Attributes>& attributes) {
+    constexpr std::string_view Names[] = {"instance:variant", "instance:tint", "instance:roughness",
+                                          "instance:unique"};
+    const auto differs = [&](const scene::Value& v) {
+        return std::ranges::find(Names, v.name) != std::end(Names);
+    };
+    if (std::ranges::none_of(attributes->user.values, differs))
+        return {};
+    InstanceDifference difference;
+    const auto number = [&](std::string_view name, float least) -> std::optional<float> {
+        const scene::Value* v = attributes->user.find(name);
+        if (!v || (v->floats.empty() && v->ints.empty()))
+            return std::nullopt;
+        const float x = v->floats.empty() ? float(v->ints[0]) : v->floats[0];
+        return std::isfinite(x) ? std::optional(std::max(x, least)) : std::nullopt;
+    };
+    difference.variant = number(Names[0], 0);
+    difference.unique = number(Names[3], 0).value_or(0) != 0;
+    difference.roughness = number(Names[2], -1);
+    if (const scene::Value* v = attributes->user.find(Names[1]); v && !v->floats.empty()) {
+        const Rgb rgb = attributes->user.get_color(Names[1], Rgb(1, 1, 1));
+        if (std::isfinite(rgb.x + rgb.y + rgb.z))
+            difference.tint = Rgb(std::max(rgb.x, 0.0f), std::max(rgb.y, 0.0f), std::max(rgb.z, 0.0f));
+    }
+    auto plain = std::make_shared<Attributes>(*attributes);
+    std::erase_if(plain->user.values, differs);
+    if (!m_plain || !same_look(*m_plain, *plain))
+        m_plain = std::move(plain);
+    attributes = m_plain;
+    return difference;
 }
 
 // Group indices of children are lower than their parent's: children are made first.
@@ -210,11 +262,13 @@ int Objects::group_for(const scene::Scene& scene, scene::Editor& editor, int obj
             group.primitives.push_back(member.primitive);
             group.primitives.back().attributes = look;
         } else {
+            std::shared_ptr<const Attributes> plain = look;
+            const InstanceDifference difference = difference_of(plain);
             const int child =
-                group_for(scene, editor, member.object, look, member.primitive.world_from_object);
+                group_for(scene, editor, member.object, plain, member.primitive.world_from_object);
             const scene::Primitive& place = record(object).members[i].primitive;
             children.add(child, place.world_from_object,
-                         place.motion ? place.motion->places : std::vector<TransformKey>());
+                         place.motion ? place.motion->places : std::vector<TransformKey>(), difference);
         }
     }
     int first_id = 0;
@@ -231,8 +285,10 @@ int Objects::group_for(const scene::Scene& scene, scene::Editor& editor, int obj
 void Objects::instance(const scene::Scene& scene, scene::Editor& editor, int object,
                        const std::shared_ptr<const Attributes>& attributes,
                        const Transform& world_from_object, const std::vector<TransformKey>& moving) {
-    m_instances.add(group_for(scene, editor, object, attributes, world_from_object), world_from_object,
-                    moving);
+    std::shared_ptr<const Attributes> plain = attributes;
+    const InstanceDifference difference = difference_of(plain);
+    m_instances.add(group_for(scene, editor, object, plain, world_from_object), world_from_object, moving,
+                    difference);
 }
 
 void Objects::forget_groups() {

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -34,10 +36,24 @@ struct ObjectRecord {
     std::map<const scene::Attributes*, Variant> by_pointer; // holds the pointers, so that they stay unique
 };
 
+// How an instance differs from others of its group: Attribute "instance" of its own. It is no part of its
+// look.
+struct InstanceDifference {
+    std::optional<float> variant, roughness;
+    std::optional<Rgb> tint;
+    bool unique = false;
+};
+
 // Matrices of instances by group and times (none = still), instance by instance, each at all of its times.
 struct InstanceLists {
-    std::map<std::pair<int, std::vector<double>>, std::vector<float>> lists;
-    void add(int group, const Transform& still, const std::vector<TransformKey>& moving);
+    struct List {
+        std::vector<float> matrices;
+        size_t count = 0;
+        std::vector<float> variant, tint, roughness; // up to the last that has one
+    };
+    std::map<std::tuple<int, std::vector<double>, bool>, List> lists; // group, times, unique
+    void add(int group, const Transform& still, const std::vector<TransformKey>& moving,
+             const InstanceDifference& difference);
     // Ids go on from `next_id`, which comes out behind the last.
     std::vector<scene::Group::Instances> take(int& next_id);
 };
@@ -65,7 +81,10 @@ class Objects {
     int group_for(const scene::Scene& scene, scene::Editor& editor, int object,
                   const std::shared_ptr<const scene::Attributes>& attributes,
                   const Transform& world_from_object);
+    // Takes out what makes an instance differ.
+    InstanceDifference difference_of(std::shared_ptr<const scene::Attributes>& attributes);
     std::vector<ObjectRecord> m_records;
+    std::shared_ptr<const scene::Attributes> m_plain; // what was left of the last ones: often alike
     std::map<std::string, int> m_handles;
     InstanceLists m_instances;
     int m_groups_before = 0; // of scenes that this one goes on from

@@ -1,7 +1,7 @@
 // An instance inside of a solid becomes part of it: what the object holds is copied into the solid's tree,
 // since instances have trees of their own.
 #include "ingest/rib/context.h"
-#include "ingest/rib/place_shaders.h"
+#include "scene/place_shaders.h"
 
 namespace kanuka::ingest {
 

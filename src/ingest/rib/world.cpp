@@ -5,8 +5,8 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/on_demand.h"
-#include "ingest/rib/place_shaders.h"
 #include "ingest/rib/rib.h"
+#include "scene/place_shaders.h"
 
 namespace kanuka::ingest {
 

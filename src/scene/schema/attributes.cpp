@@ -54,6 +54,10 @@ const AttributeParameter Rows[] = {
     {{.name = "level", .rib = "", .flag = "",
       .about = "of the paths' numbers from 0 to 1 those that meet it: a level of detail in transition", .range = {0, 1}},
      together<&A::level_from, &A::level_to>},
+    {{.name = "variants", .rib = "instance:variants", .flag = "",
+      .about = "of a primitive that is instanced: how many times its surface is shaded, with the variable \"variant\" from 0 on, "
+               "for instances to show or to blend", .range = {1, 64}},
+     at<&A::variants>},
 };
 // clang-format on
 

@@ -32,7 +32,7 @@ static std::string lobe_inputs(const grid::LobeDecl& lobe) {
         const bool bounded = in.type != grid::InputType::Normal;
         text += "| `" + std::string(Types[int(in.type)]) + std::string(in.name) + "` | " + fallback + " | " +
                 (bounded ? number(in.low) + " to " + number(in.high) : "any") + " | " + std::string(in.unit) +
-                " | " + std::string(in.doc) + " |\n";
+                " | " + std::string(in.doc) + (in.body ? "; *body*" : "") + " |\n";
     }
     text += "\n";
     return text;
@@ -65,6 +65,8 @@ std::string lobes_page() {
         "  ([transport.md](transport.md#what-loses-light) has figures).\n"
         "- *Reciprocal*: the value does not change if the directions of light and view are exchanged.\n"
         "- Smooth interfaces (roughness 0) are exact mirrors and lenses.\n"
+        "- *body*: the colour of the thing itself, which the tint of an [instance](instances.md) "
+        "multiplies.\n"
         "- Angles of directions (`rotation`) are measured from dPdu, the direction in which u grows.\n"
         "- Phase functions describe scattering inside of an interior (`AddPhaseFunction`, "
         "`SetPhaseFunction`;\n"

@@ -1,0 +1,75 @@
+#include "render/de_instance.h"
+
+#include "scene/place_shaders.h"
+
+namespace kanuka::render {
+
+namespace {
+
+size_t count_in(const scene::Scene& scene, size_t first, const std::vector<scene::Group::Instances>& all) {
+    size_t count = 0;
+    for (const scene::Group::Instances& in : all)
+        if (are_unique(in) && size_t(in.group) >= first) {
+            const scene::Group& group = scene.groups[size_t(in.group) - first];
+            count += in.count() * (group.primitives.size() + count_in(scene, first, group.instances));
+        }
+    return count;
+}
+
+} // namespace
+
+Transform place_of(const scene::Group::Instances& in, size_t i) {
+    Transform t;
+    for (size_t k = 0; k < 12; k++)
+        t.m[k / 4][k % 4] = double(in.transforms[12 * i + k]);
+    return t;
+}
+
+size_t count_unique(const scene::Scene& scene, size_t first) {
+    return count_in(scene, first, scene.instances);
+}
+
+std::vector<scene::Primitive> DeInstancer::copies(const scene::Group& group,
+                                                  const Transform& world_from_group,
+                                                  const scene::Group::Instances& in, size_t i) {
+    std::map<const scene::Attributes*, std::shared_ptr<const scene::Attributes>> placed;
+    std::vector<scene::Primitive> made = group.primitives;
+    for (scene::Primitive& p : made) {
+        p.node = scene::NodeId::None;
+        p.world_from_object = world_from_group * p.world_from_object;
+        if (p.motion && !p.motion->places.empty()) {
+            auto motion = std::make_shared<scene::Motion>(*p.motion);
+            for (TransformKey& key : motion->places)
+                key.transform = world_from_group * key.transform;
+            p.motion = std::move(motion);
+        }
+        if (!in.variation.variant.empty()) {
+            scene::Value variant{
+                .name = "variant", .type = scene::Type::Float, .detail = scene::Detail::Constant};
+            variant.floats =
+                std::vector<float>{in.variation.variant[in.variation.variant.size() == 1 ? 0 : i]};
+            p.primvars.set(std::move(variant));
+        }
+        if (!p.attributes)
+            continue;
+        std::shared_ptr<const scene::Attributes>& here = placed[p.attributes.get()];
+        if (!here) {
+            auto own = std::make_shared<scene::Attributes>(*p.attributes);
+            scene::place_shaders(world_from_group, *own);
+            own->atmosphere = p.attributes->atmosphere; // air stays in the world
+            own->variants = 1;
+            here = std::move(own);
+            m_declared[here] = p.attributes;
+        }
+        p.attributes = here;
+    }
+    return made;
+}
+
+const scene::Attributes* DeInstancer::declared(const scene::Attributes* attributes) const {
+    const std::shared_ptr<const scene::Attributes> key(std::shared_ptr<const void>(), attributes);
+    const auto found = m_declared.find(key);
+    return found == m_declared.end() ? attributes : found->second.get();
+}
+
+} // namespace kanuka::render
