@@ -2,6 +2,7 @@
 
 python scenes/forest/make.py --trees 1000000 --count
 python scenes/forest/make.py --trees 100000 --frames 1-48 -o out/forest.exr      writes out/forest.0001.exr …
+python scenes/forest/make.py --autumn --frames 20      every tree in a colour of its own
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trees", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--autumn", action="store_true", help="leaves of five colours, trees of all between them")
     parser.add_argument("--count", action="store_true", help="print the numbers, and make nothing")
     parser.add_argument("--frames", type=frames_of, default=range(1, 2), help="as 1-48 or 7 (1)")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/forest.exr"), help="EXR or PNG")
@@ -39,7 +41,9 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     scene = kanuka.Scene()
     try:
-        numbers = woods.build(sinks.Nothing() if given.count else sinks.Live(scene), given.trees, given.seed)
+        numbers = woods.build(
+            sinks.Nothing() if given.count else sinks.Live(scene), given.trees, given.seed, given.autumn
+        )
     except ValueError as error:
         parser.error(str(error))
     for name, value in asdict(numbers).items():

@@ -24,6 +24,7 @@ BARK = Look("bark", {"color dark": (0.07, 0.055, 0.045), "color pale": (0.24, 0.
 BIRCH = Look("bark", {"color dark": (0.12, 0.11, 0.1), "color pale": (0.62, 0.6, 0.56)}, "bark", {}, 0.05)
 TWIG = Look("matte", {"color": (0.16, 0.12, 0.09)})
 SHARES = (3.0, 3.0, 2.2, 2.2, 1.5, 1.5)
+AUTUMN = 5  # variants of a leaf
 HILLS = shapes.Noise(41)
 
 
@@ -36,17 +37,19 @@ def height(x: np.ndarray, z: np.ndarray) -> np.ndarray:
 # ---- trees
 
 
-def foliage(front: tuple, through: tuple) -> Look:
-    return Look("foliage", {"color front": front, "color through": through})
+def foliage(front: tuple, through: tuple, surface: str = "foliage") -> Look:
+    return Look(surface, {"color front": front, "color through": through})
 
 
-def exemplars(make: Maker) -> list[Plant]:
+def exemplars(make: Maker, autumn: bool = False) -> list[Plant]:
+    """`autumn`: leaves have the variants of their shader, from green to brown, for trees to choose."""
+    surface, more = ("autumn", {"variants": AUTUMN}) if autumn else ("foliage", {})
     kinds = (("beech", 100, (0.075, 0.16, 0.03), (0.2, 0.36, 0.04), 0.13, 0.6, BARK),
              ("birch", 200, (0.16, 0.21, 0.035), (0.36, 0.42, 0.05), 0.1, 0.7, BIRCH))  # fmt: skip
     made = []
     for name, seed, front, through, size, width, bark in kinds:
-        looks = [foliage(tuple(f * np.array(front)), tuple(f * np.array(through))) for f in (0.8, 1.0, 1.2)]
-        leaves = [leaf(make, f"{name} leaf {k}", look, rows=2, width=width) for k, look in enumerate(looks)]
+        looks = [foliage(tuple(f * np.array(front)), tuple(f * np.array(through)), surface) for f in (0.8, 1.0, 1.2)]
+        leaves = [leaf(make, f"{name} leaf {k}", look, rows=2, width=width, **more) for k, look in enumerate(looks)]
         boughs = [
             bough(
                 make,
@@ -174,11 +177,11 @@ def places(trees: int, seed: int) -> np.ndarray:
     return xz[order[:trees]]
 
 
-def build(sink: object, trees: int, seed: int = 1) -> Forest:
+def build(sink: object, trees: int, seed: int = 1, autumn: bool = False) -> Forest:
     if not 1 <= trees <= 20_000_000:
         raise ValueError(f"{trees} trees: there may be 1 to 20 million")
     make = Maker(sink, seed, 1.0)
-    kinds = exemplars(make)
+    kinds = exemplars(make, autumn)
     xz = places(trees, seed)
     quads = ground(sink, float(np.abs(xz).max()))
     rng = np.random.default_rng([seed, 2])
@@ -190,11 +193,19 @@ def build(sink: object, trees: int, seed: int = 1) -> Forest:
             where = np.stack([x, height(x, z) - 0.25, z], axis=1)
             n = len(where)
             lean = 0.03 * rng.normal(size=(n, 2)).astype(np.float32)
-            sink.instances(plant.group, matrices(where, rng.uniform(0, 2 * np.pi, n), rng.uniform(0.7, 1.2, n), lean))
+            standing = matrices(where, rng.uniform(0, 2 * np.pi, n), rng.uniform(0.7, 1.2, n), lean)
+            sink.instances(plant.group, standing, **(turning(x, z, seed + k) if autumn else {}))
     many = np.bincount(kind, minlength=len(kinds))
     placed = sum(int(n) * p.primitives for n, p in zip(many, kinds, strict=True))
     leaves = sum(int(n) * foliage_of(p) for n, p in zip(many, kinds, strict=True))
     return Forest(trees, trees + sum(p.rows for p in make.made), placed + quads, leaves, quads)
+
+
+def turning(x: np.ndarray, z: np.ndarray, seed: int) -> dict[str, np.ndarray]:
+    """How far each tree has turned: whole slopes early or late, and each tree by itself."""
+    own = np.random.default_rng([seed, 3]).normal(size=len(x))
+    slope = HILLS(np.stack([x, z], axis=-1) / 60 + 3)
+    return {"variant": np.clip(1.9 + 1.5 * slope + 0.9 * own, 0, AUTUMN - 1).astype(np.float32)}
 
 
 def foliage_of(plant: Plant) -> int:

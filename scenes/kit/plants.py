@@ -105,12 +105,16 @@ def turned(tangent: np.ndarray, turn: np.ndarray) -> np.ndarray:
     return np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other
 
 
-def leaf(make: Maker, name: str, look: Look, *, rows: int = 4, width: float = 0.45, droop: float = 0.25) -> Plant:
+def leaf(
+    make: Maker, name: str, look: Look, *, rows: int = 4, width: float = 0.45, droop: float = 0.25, **more: object
+) -> Plant:
     """A leaf a unit long along z."""
     plant = make.plant(name)
     points, faces = shapes.blade(rows, width, 0.25, droop)
     st = np.stack([0.5 + points[:, 0], points[:, 2]], axis=1)
-    make.mesh(plant, points, faces, look, normals=shapes.normals(points, faces), primvars={"vertex float[2] st": st})
+    make.mesh(
+        plant, points, faces, look, normals=shapes.normals(points, faces), primvars={"vertex float[2] st": st}, **more
+    )
     return plant
 
 

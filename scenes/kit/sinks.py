@@ -64,8 +64,8 @@ class Live:
     def patches(self, points: np.ndarray, look: Look, **more: object) -> None:
         self.into.add_patches(points, material=look.material(), **more)
 
-    def instances(self, group: Live, transforms: np.ndarray) -> None:
-        self.into.add_instances(group.into, transforms)
+    def instances(self, group: Live, transforms: np.ndarray, **differences: np.ndarray) -> None:
+        self.into.add_instances(group.into, transforms, **differences)
 
     def close(self) -> None:
         pass
@@ -101,8 +101,8 @@ class FolderPart:
     def patches(self, points: np.ndarray, look: Look, **more: object) -> None:
         self.folder.call(self.number, "patches", {"points": points, "look": look, **more})
 
-    def instances(self, group: FolderPart, transforms: np.ndarray) -> None:
-        self.folder.call(self.number, "instances", {"transforms": transforms, "of": group.number})
+    def instances(self, group: FolderPart, transforms: np.ndarray, **differences: np.ndarray) -> None:
+        self.folder.call(self.number, "instances", {"transforms": transforms, "of": group.number, **differences})
 
 
 class Folder(FolderPart):
@@ -182,7 +182,7 @@ def read(path: str | Path, sink: Live | None = None) -> tuple[kanuka.Scene, dict
             given["primvars"] = {name: array(file) for name, file in entry["primvars"].items()}
         part = parts[entry["group"]]
         if entry["call"] == "instances":
-            part.instances(parts[given["of"]], given["transforms"])
+            part.instances(parts[given.pop("of")], given.pop("transforms"), **given)
         else:
             getattr(part, entry["call"])(**given)
     return sink.scene, index["about"]
