@@ -221,6 +221,91 @@ double MotionPath::deviation(double t0, double t1, const Bounds3f& box) const {
     return turn * (turn * radius + 2 * growth) / 8;
 }
 
+namespace {
+
+struct Box {
+    std::array<double, 3> lo, hi;
+};
+Box placed(const Transform& t, const Bounds3f& box) {
+    constexpr double Rounding = 0x1p-20; // of what the sums are made of
+    Box out;
+    for (size_t a = 0; a < 3; a++) {
+        double middle = t.m[a][3], half = 0, size = std::abs(t.m[a][3]);
+        for (int k = 0; k < 3; k++) {
+            const double m = t.m[a][size_t(k)], at = m * (double(box.lo[k]) + double(box.hi[k])) / 2,
+                         reach = std::abs(m) * (double(box.hi[k]) - double(box.lo[k])) / 2;
+            middle += at, half += reach, size += std::abs(at) + reach;
+        }
+        out.lo[a] = middle - half - Rounding * size, out.hi[a] = middle + half + Rounding * size;
+    }
+    return out;
+}
+
+} // namespace
+
+int MotionPath::times_to_bound() const {
+    constexpr double TurnAStep = 0.2; // radians: boxes that turn by that much fit well enough
+    constexpr int Most = 65;          // Embree takes 129
+    const double pieces = std::max({1.0, turning() / TurnAStep, double(m_keys.size()) - 1});
+    return 1 + int(std::min(std::ceil(pieces), double(Most - 1)));
+}
+
+// Turning boxes swell between two times. Every time's box is widened by what the neighbouring pieces lack:
+// measured at several times of a piece, and bounded between those by how far an arc may lie from its chord.
+void MotionPath::bound(const Bounds3f& box, std::span<Bounds3f> at_times) const {
+    constexpr int Samples = 4; // a piece
+    const size_t steps = at_times.size();
+    if (box.empty()) {
+        std::fill(at_times.begin(), at_times.end(), Bounds3f{{0, 0, 0}, {0, 0, 0}});
+        return;
+    }
+    const auto time_of = [&](size_t step) { return double(step) / double(steps - 1); };
+    std::vector<Box> exact, wide;
+    for (size_t j = 0; j < steps; j++)
+        exact.push_back(placed(at(time_of(j)), box));
+    wide = exact;
+    std::vector<double> times;
+    for (size_t j = 0; j + 1 < steps; j++) {
+        const double t0 = time_of(j), t1 = time_of(j + 1);
+        times.clear();
+        for (int i = 0; i <= Samples; i++)
+            times.push_back(t0 + (t1 - t0) * i / Samples);
+        for (const Key& k : m_keys)
+            if (k.time > t0 && k.time < t1)
+                times.push_back(k.time);
+        std::sort(times.begin(), times.end());
+        std::array<double, 3> lack_low{}, lack_high{};
+        double before = 0; // how far what moves may stray from the chord that ends here
+        for (size_t i = 0; i < times.size(); i++) {
+            const double behind = i + 1 < times.size() ? deviation(times[i], times[i + 1], box) : 0,
+                         stray = std::max(before, behind), f = (times[i] - t0) / (t1 - t0);
+            const Box now = i == 0                  ? exact[j]
+                            : i + 1 == times.size() ? exact[j + 1]
+                                                    : placed(at(times[i]), box);
+            const auto between = [&](double a, double b) { return a + (b - a) * f; };
+            for (size_t c = 0; c < 3; c++) {
+                const double lo = between(exact[j].lo[c], exact[j + 1].lo[c]),
+                             hi = between(exact[j].hi[c], exact[j + 1].hi[c]);
+                lack_low[c] = std::max(lack_low[c], lo - now.lo[c] + stray);
+                lack_high[c] = std::max(lack_high[c], now.hi[c] + stray - hi);
+            }
+            before = behind;
+        }
+        for (const size_t k : {j, j + 1})
+            for (size_t c = 0; c < 3; c++) {
+                wide[k].lo[c] = std::min(wide[k].lo[c], exact[k].lo[c] - lack_low[c]);
+                wide[k].hi[c] = std::max(wide[k].hi[c], exact[k].hi[c] + lack_high[c]);
+            }
+    }
+    for (size_t j = 0; j < steps; j++)
+        for (size_t c = 0; c < 3; c++) {
+            // As floats, whose interpolation rounds.
+            const double rounding = 0x1p-21 * std::max(std::abs(wide[j].lo[c]), std::abs(wide[j].hi[c]));
+            at_times[j].lo[int(c)] = float(wide[j].lo[c] - rounding);
+            at_times[j].hi[int(c)] = float(wide[j].hi[c] + rounding);
+        }
+}
+
 std::vector<TransformKey> compose(std::span<const TransformKey> outer, const Transform& still_outer,
                                   std::span<const TransformKey> inner, const Transform& still_inner) {
     std::vector<double> times;

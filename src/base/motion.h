@@ -36,6 +36,12 @@ class MotionPath {
     double deviation(double t0, double t1, const Bounds3f& box) const;
     // The angle of all turns, in radians.
     double turning() const;
+    // Where a box is at even times from 0 to 1, two or more. What moves lies in between wherever these boxes
+    // are interpolated, with room for rays that are rounded on their way to it. Not finite where the path is
+    // not.
+    void bound(const Bounds3f& box, std::span<Bounds3f> at_times) const;
+    // At how many times such boxes fit well.
+    int times_to_bound() const;
 
   private:
     struct Key {

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <random>
 
 #include "base/motion.h"
 
@@ -93,6 +94,43 @@ TEST(Compose, AtAllTimesOfBoth) {
     EXPECT_EQ(compose(outer, {}, {}, Transform::scale(2, 2, 2))[1].transform,
               Transform::translate(2, 0, 0) * Transform::scale(2, 2, 2));
     EXPECT_TRUE(compose({}, {}, {}, {}).empty());
+}
+
+// What moves lies within the boxes wherever they are interpolated, and these are not much larger.
+TEST(MotionPath, BoundsHoldWhatMoves) {
+    std::mt19937 g(5);
+    std::uniform_real_distribution<double> u(-1, 1);
+    const Bounds3f box{{-1, 0.5f, -0.2f}, {2, 0.75f, 0.4f}};
+    double worst = 0;
+    for (int round = 0; round < 60; round++) {
+        std::vector<TransformKey> keys;
+        const int last = 1 + round % 4;
+        for (int k = 0; k <= last; k++)
+            keys.push_back({-0.1 + 1.3 * k / last, Transform::translate(9 * u(g), 9 * u(g), 9 * u(g)) *
+                                                       Transform::rotate(170 * u(g), u(g), u(g), u(g)) *
+                                                       Transform::scale(1 + u(g), 1, round % 2 ? -1 : 1)});
+        const MotionPath path(keys, {}, Transform::translate(round % 3, 0, 0));
+        std::vector<Bounds3f> boxes(size_t(path.times_to_bound()));
+        path.bound(box, boxes);
+        for (int i = 0; i <= 500; i++) {
+            const double t = i / 500.0, x = t * double(boxes.size() - 1);
+            const size_t k = std::min(size_t(x), boxes.size() - 2);
+            const float f = float(x - double(k));
+            Bounds3f now;
+            for (int c = 0; c < 8; c++)
+                now.extend(path.at(t).point(
+                    {c & 1 ? box.hi.x : box.lo.x, c & 2 ? box.hi.y : box.lo.y, c & 4 ? box.hi.z : box.lo.z}));
+            for (int a = 0; a < 3; a++) {
+                const float lo = boxes[k].lo[a] + (boxes[k + 1].lo[a] - boxes[k].lo[a]) * f,
+                            hi = boxes[k].hi[a] + (boxes[k + 1].hi[a] - boxes[k].hi[a]) * f;
+                ASSERT_LE(lo, now.lo[a]) << round << " at " << t;
+                ASSERT_GE(hi, now.hi[a]) << round << " at " << t;
+                if (keys.size() == 2) // else bends lie between times
+                    worst = std::max(worst, double(std::max(now.lo[a] - lo, hi - now.hi[a])));
+            }
+        }
+    }
+    EXPECT_LT(worst, 0.6); // of boxes of 3
 }
 
 } // namespace kanuka

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "base/tasks.h"
-#include "bvh/boxes.h"
 #include "bvh/embree_scene.h"
 
 namespace kanuka::bvh {
@@ -19,66 +18,6 @@ bool traceable(const RTCRay& r) {
                                     std::abs(r.dir_x), std::abs(r.dir_y), std::abs(r.dir_z)});
     const float sum = (r.org_x + r.org_y + r.org_z) + (r.dir_x + r.dir_y + r.dir_z); // max() overlooks NaN
     return largest < LargestCoordinate && std::isfinite(sum);
-}
-
-// The tree interpolates bounds between steps; turning boxes swell in between. Every step's bounds are widened
-// by what the neighbouring pieces lack: measured at several times of a piece, and bounded between those by
-// how far an arc may lie from its chord.
-void bound_path(const MotionPath& path, const Bounds3f& box, int steps, Bounds3f* out) {
-    constexpr int Samples = 4; // a piece
-    if (box.empty()) {
-        std::fill_n(out, steps, Bounds3f{{0, 0, 0}, {0, 0, 0}});
-        return;
-    }
-    const auto at = [&](double t) {
-        float m[12];
-        path.at(t, m);
-        return placed(m, box);
-    };
-    const std::vector<double> knots = path.times();
-    std::vector<Bounds3f> exact;
-    for (int j = 0; j < steps; j++)
-        exact.push_back(at(double(j) / (steps - 1)));
-    std::vector<Vec3f> low(size_t(steps), Vec3f(0.0f)), high(size_t(steps), Vec3f(0.0f));
-    std::vector<double> times;
-    for (int j = 0; j + 1 < steps; j++) {
-        const double t0 = double(j) / (steps - 1), t1 = double(j + 1) / (steps - 1);
-        times.clear();
-        for (int i = 0; i <= Samples; i++)
-            times.push_back(t0 + (t1 - t0) * i / Samples);
-        for (const double k : knots)
-            if (k > t0 && k < t1)
-                times.push_back(k);
-        std::sort(times.begin(), times.end());
-        const Bounds3f &a = exact[size_t(j)], &b = exact[size_t(j) + 1];
-        Vec3f lack_low(0.0f), lack_high(0.0f);
-        for (size_t i = 0; i < times.size(); i++) {
-            double stray = 0;
-            if (i > 0)
-                stray = path.deviation(times[i - 1], times[i], box);
-            if (i + 1 < times.size())
-                stray = std::max(stray, path.deviation(times[i], times[i + 1], box));
-            const Bounds3f now = at(times[i]);
-            const float f = float((times[i] - t0) / (t1 - t0));
-            for (int c = 0; c < 3; c++) {
-                lack_low[c] =
-                    std::max(lack_low[c], a.lo[c] + (b.lo[c] - a.lo[c]) * f - now.lo[c] + float(stray));
-                lack_high[c] =
-                    std::max(lack_high[c], now.hi[c] + float(stray) - (a.hi[c] + (b.hi[c] - a.hi[c]) * f));
-            }
-        }
-        for (const size_t k : {size_t(j), size_t(j) + 1})
-            for (int c = 0; c < 3; c++) {
-                low[k][c] = std::max(low[k][c], lack_low[c]);
-                high[k][c] = std::max(high[k][c], lack_high[c]);
-            }
-    }
-    for (size_t j = 0; j < size_t(steps); j++)
-        for (int c = 0; c < 3; c++) {
-            const float rounding = 4e-7f * std::max(std::abs(exact[j].lo[c]), std::abs(exact[j].hi[c]));
-            out[j].lo[c] = exact[j].lo[c] - low[j][c] - rounding;
-            out[j].hi[c] = exact[j].hi[c] + high[j][c] + rounding;
-        }
 }
 
 // Between a group and what stands in it at a place.
@@ -308,16 +247,12 @@ void instance_bounds(const RTCBoundsFunctionArguments* args) {
 }
 
 void bound_paths(Instances& in) {
-    constexpr double TurnAStep = 0.2; // radians: boxes that turn by that much fit well enough
-    constexpr int MostSteps = 65;     // Embree's limit is 129
-    double pieces = 1;
     for (const MotionPath& path : in.paths)
-        pieces = std::max({pieces, path.turning() / TurnAStep, double(path.times().size()) - 1});
-    in.steps = 1 + int(std::min(std::ceil(pieces), double(MostSteps - 1)));
+        in.steps = std::max(in.steps, path.times_to_bound());
     in.bounds.resize(in.paths.size() * size_t(in.steps));
     tasks::parallel_chunks(in.paths.size(), 256, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++)
-            bound_path(in.paths[i], in.child, in.steps, in.bounds.data() + i * size_t(in.steps));
+            in.paths[i].bound(in.child, std::span(in.bounds).subspan(i * size_t(in.steps), size_t(in.steps)));
     });
 }
 

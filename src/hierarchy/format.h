@@ -23,7 +23,8 @@ enum class Kind : uint32_t {
     TriangleFloat,
     Triangle48, // eight triangles, 16 bits a coordinate
     Count,      // of kinds that pages of files have
-    Instance    // a place of another page (instances.h): levels of them are made in memory
+    Instance,   // a place of another page (instances.h): levels of them are made in memory
+    Moving      // likewise, where some of a node's eight move
 };
 
 constexpr bool is_of_triangles(Kind kind) {
@@ -131,7 +132,7 @@ struct Triangle48 {
 static_assert(sizeof(Triangle48) == 160);
 
 // Units from a child to the next, by kind.
-inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 0, 4};
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 0, 4, 8};
 inline Ref Children::ref(uint32_t place) const {
     return uint32_t(kind) << KindShift | (offset + place * UnitsOf[uint32_t(kind)]);
 }

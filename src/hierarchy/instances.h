@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <compare>
 
+#include "base/motion.h"
 #include "hierarchy/page.h"
 #include "hierarchy/ray.h"
 
@@ -19,8 +21,10 @@ struct InstanceLeaf {
     uint32_t page;   // number of what stands there
     uint32_t number; // of the instance in its level
     uint32_t stays;  // 1: the page lies in the level as it is, and rays are not made anew
-    uint32_t unused;
+    uint32_t times;  // that its boxes are of, where it moves; 0: it stands still
 
+    // False where floats do not hold the way to the page.
+    bool stand_at(const Transform& world_from_page);
     // The ray as it runs in the page; distances are the same. Sums are taken in double, rounded once.
     Ray inner(const Ray& r) const {
         const auto doubles = [](const float* at) { return _mm256_cvtps_pd(_mm_loadu_ps(at)); };
@@ -40,6 +44,78 @@ struct InstanceLeaf {
 };
 static_assert(sizeof(InstanceLeaf) == 64);
 static_assert(UnitsOf[int(Kind::Instance)] * UnitBytes == sizeof(InstanceLeaf));
+
+// The adjugate by the determinant, column by column.
+inline bool InstanceLeaf::stand_at(const Transform& t) {
+    const auto& m = t.m;
+    const double per = 1 / t.determinant3();
+    bool held = true;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+            const int r1 = (c + 1) % 3, r2 = (c + 2) % 3, c1 = (r + 1) % 3, c2 = (r + 2) % 3;
+            const auto at = [&](int i, int j) { return m[size_t(i)][size_t(j)]; };
+            const double v = (at(r1, c1) * at(r2, c2) - at(r1, c2) * at(r2, c1)) * per;
+            held &= std::abs(v) < double(LargestCoordinate);
+            page_from_world[3 * c + r] = float(v);
+        }
+    for (size_t a = 0; a < 3; a++)
+        origin[a] = float(m[a][3]);
+    return held;
+}
+
+// A time of the shutter, as paths are asked for it.
+inline float shutter_time(float time) {
+    return !(time > 0) ? 0 : time < 1 ? time : 1;
+}
+
+// A place that may move: a ray has the box of its own time tested, and then the way made for that.
+struct MovingLeaf {
+    InstanceLeaf place; // where it moves: numbers alone
+    const MotionPath* path;
+    const Bounds3f* boxes;  // at place.times even times; moving things lie within what is interpolated.
+    Bounds3f first, second; // Where these two are all they lie here, and not beyond another miss of caches.
+
+    bool stands_still() const { return place.times == 0; }
+    bool is_met_by(const TracedRay& ray, float time) const {
+        const Bounds3f *from = &first, *to = &second;
+        float f = time;
+        if (place.times > 2) {
+            const double x = double(time) * (place.times - 1); // exact
+            const uint32_t step = std::min(uint32_t(x), place.times - 2);
+            from = boxes + step, to = from + 1, f = float(x - step);
+        }
+        const __m128 lo = between(_mm_loadu_ps(&from->lo.x), _mm_loadu_ps(&to->lo.x), f); // fourth: nothing
+        __m128 hi = between(_mm_loadu_ps(&from->lo.z), _mm_loadu_ps(&to->lo.z), f);       // first: nothing
+        hi = _mm_permute_ps(hi, _MM_SHUFFLE(3, 3, 2, 1));
+        const __m128 o = _mm_load_ps(ray.o), per_d = _mm_load_ps(ray.per_d);
+        const __m128 a = _mm_mul_ps(_mm_sub_ps(lo, o), per_d), b = _mm_mul_ps(_mm_sub_ps(hi, o), per_d);
+        __m128 enter = _mm_blend_ps(_mm_min_ps(a, b), _mm_set1_ps(ray.t_min), 8),
+               leave = _mm_blend_ps(_mm_max_ps(a, b), _mm_set1_ps(ray.t_max), 8);
+        enter = _mm_max_ps(enter, _mm_permute_ps(enter, _MM_SHUFFLE(1, 0, 3, 2)));
+        enter = _mm_max_ps(enter, _mm_permute_ps(enter, _MM_SHUFFLE(2, 3, 0, 1)));
+        leave = _mm_min_ps(leave, _mm_permute_ps(leave, _MM_SHUFFLE(1, 0, 3, 2)));
+        leave = _mm_min_ps(leave, _mm_permute_ps(leave, _MM_SHUFFLE(2, 3, 0, 1)));
+        return _mm_cvtss_f32(enter) * (1 - TracedRay::Margin) <=
+               _mm_cvtss_f32(leave) * (1 + TracedRay::Margin);
+    }
+    // Where it is then, by the floats that whoever shades the hit has. False: no ray can be taken there.
+    bool stand(float time, InstanceLeaf& leaf) const {
+        float m[12];
+        path->at(double(time), m);
+        Transform t;
+        for (size_t i = 0; i < 12; i++)
+            t.m[i / 4][i % 4] = double(m[i]);
+        leaf.page = place.page, leaf.number = place.number, leaf.stays = leaf.times = 0;
+        return leaf.stand_at(t);
+    }
+
+  private:
+    static __m128 between(__m128 a, __m128 b, float f) {
+        return _mm_fmadd_ps(_mm_sub_ps(b, a), _mm_set1_ps(f), a);
+    }
+};
+static_assert(sizeof(MovingLeaf) == 128);
+static_assert(UnitsOf[int(Kind::Moving)] * UnitBytes == sizeof(MovingLeaf));
 
 // Which instances a hit lies in, the outermost first, by their numbers in their levels.
 struct InstancePath {

@@ -108,9 +108,10 @@ class RayQueue {
   public:
     static constexpr int Slots = 16;
 
-    // `pages`: what instances stand for, by number.
-    RayQueue(const Page& root, std::span<const Ray> rays, Filter& filter, std::span<const Page> pages = {})
-        : m_root(root), m_pages(pages), m_rays(rays), m_filter(filter) {}
+    // `pages`: what instances stand for, by number; `times` of the shutter, by ray: none = all begin with it.
+    RayQueue(const Page& root, std::span<const Ray> rays, Filter& filter, std::span<const Page> pages = {},
+             std::span<const float> times = {})
+        : m_root(root), m_pages(pages), m_rays(rays), m_times(times), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each, in the order in which they end. Of Query::Any the hit is
     // any. What runs side by side goes together, where no instances are.
@@ -233,6 +234,18 @@ class RayQueue {
         }
         wait(waiting, s);
     }
+    // What stands at a place, or moves there.
+    void meet_place(Slot& s, const Page& page, Ref leaf) {
+        if (kind_of(leaf) == Kind::Instance)
+            return enter(s, page.at<InstanceLeaf>(leaf));
+        const MovingLeaf& moving = page.at<MovingLeaf>(leaf);
+        if (moving.stands_still())
+            return enter(s, moving.place);
+        const float time = m_times.empty() ? 0 : shutter_time(m_times[s.number]);
+        InstanceLeaf place;
+        if (moving.is_met_by(s.ray, time) && moving.stand(time, place))
+            enter(s, place);
+    }
     // Into the page that stands at a place, and back from it; false = it is in the outermost.
     void enter(Slot& s, const InstanceLeaf& place) {
         if constexpr (Levels > 1) {
@@ -302,8 +315,8 @@ class RayQueue {
             closer = true;
             return Asked == Query::Any;
         };
-        if (Levels > 1 && kind_of(leaf) == Kind::Instance)
-            enter(s, page.at<InstanceLeaf>(leaf));
+        if (Levels > 1 && kind_of(leaf) >= Kind::Instance)
+            meet_place(s, page, leaf);
         else
             read_leaf<W, false>(page, leaf, [&](const auto& content) { trace_leaf<W>(content, ray, found); });
         if (!closer)
@@ -320,6 +333,7 @@ class RayQueue {
     const Page m_root;
     std::span<const Page> m_pages;
     std::span<const Ray> m_rays;
+    std::span<const float> m_times;
     Filter& m_filter;
     size_t m_next = 0;
     std::span<const uint32_t> m_alone;
@@ -341,14 +355,14 @@ void find_any(const Page& page, std::span<const Ray> rays, std::span<uint8_t> hi
 // The same in page `root` of a world, and in what stands there.
 template <int W, class Filter>
 void find_closest(const World& world, uint32_t root, std::span<const Ray> rays, std::span<InstanceHit> hits,
-                  Filter& filter) {
-    RayQueue<W, Query::Closest, Filter, MostNesting + 1>(world.page(root), rays, filter, world.pages())
+                  Filter& filter, std::span<const float> times = {}) {
+    RayQueue<W, Query::Closest, Filter, MostNesting + 1>(world.page(root), rays, filter, world.pages(), times)
         .run([&](size_t i, const Hit& h, const InstancePath& path) { hits[i] = {h, path}; });
 }
 template <int W, class Filter>
 void find_any(const World& world, uint32_t root, std::span<const Ray> rays, std::span<uint8_t> hidden,
-              Filter& filter) {
-    RayQueue<W, Query::Any, Filter, MostNesting + 1>(world.page(root), rays, filter, world.pages())
+              Filter& filter, std::span<const float> times = {}) {
+    RayQueue<W, Query::Any, Filter, MostNesting + 1>(world.page(root), rays, filter, world.pages(), times)
         .run([&](size_t i, const Hit& h, const InstancePath&) { hidden[i] = h.found(); });
 }
 

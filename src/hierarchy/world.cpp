@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "base/error.h"
 #include "base/tasks.h"
@@ -20,7 +21,23 @@ struct Placed {
     Transform world_from_page;
     uint32_t page;
     bool stays = false;
+    const MotionPath* path = nullptr;
 };
+
+// Those that move along paths have the same matrices as floats: so do those of paths that stand still.
+Placed placed(uint32_t page, const float* rows) {
+    Placed p{{}, page};
+    for (size_t k = 0; k < 12; k++)
+        p.world_from_page.m[k / 4][k % 4] = double(rows[k]);
+    return p;
+}
+Placed placed(uint32_t page, const MotionPath& path) {
+    if (path.moves())
+        return {{}, page, false, &path};
+    float rows[12];
+    path.at(0, rows);
+    return placed(page, rows);
+}
 
 bool is_affine(const Transform& t) {
     for (const auto& row : t.m)
@@ -28,22 +45,6 @@ bool is_affine(const Transform& t) {
             if (!std::isfinite(v))
                 return false;
     return t.m[3][0] == 0 && t.m[3][1] == 0 && t.m[3][2] == 0 && t.m[3][3] == 1;
-}
-
-// The adjugate by the determinant, column by column. False where floats do not hold it.
-bool invert(const Transform& t, float (&inverse)[9]) {
-    const auto& m = t.m;
-    const double det = t.determinant3();
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) {
-            const int r1 = (c + 1) % 3, r2 = (c + 2) % 3, c1 = (r + 1) % 3, c2 = (r + 2) % 3;
-            const auto at = [&](int i, int j) { return m[size_t(i)][size_t(j)]; };
-            const double v = (at(r1, c1) * at(r2, c2) - at(r1, c2) * at(r2, c1)) / det;
-            if (!(std::abs(v) < double(LargestCoordinate)))
-                return false;
-            inverse[3 * c + r] = float(v);
-        }
-    return true;
 }
 
 // Around the eight corners. Rays are made for the page by numbers that are rounded: the box is a little
@@ -64,16 +65,48 @@ Bounds3f box_of(const Transform& t, const Bounds3f& b) {
 
 // False: no ray can be taken there.
 bool make_leaf(const Placed& p, uint32_t number, InstanceLeaf& leaf) {
-    if (!is_affine(p.world_from_page) || !invert(p.world_from_page, leaf.page_from_world))
-        return false;
-    for (size_t a = 0; a < 3; a++)
-        leaf.origin[a] = float(p.world_from_page.m[a][3]);
-    leaf.page = p.page, leaf.number = number, leaf.stays = p.stays, leaf.unused = 0;
-    return true;
+    leaf.page = p.page, leaf.number = number, leaf.stays = p.stays, leaf.times = 0;
+    return is_affine(p.world_from_page) && leaf.stand_at(p.world_from_page);
 }
 
+// Of the instances of a level that move: their boxes at the times that each needs, one behind the other.
+struct Boxes {
+    LargeVector<uint64_t> first; // of each instance, and behind the last; none where nothing moves
+    LargeVector<Bounds3f> boxes;
+    bool have_room = true; // in the leaves themselves
+
+    template <class PlacementOf>
+    void measure(size_t count, const PlacementOf& placement_of) {
+        first.resize(count + 1);
+        tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++)
+                if (const MotionPath* path = placement_of(i).path)
+                    first[i] = uint64_t(path->times_to_bound());
+        });
+        uint64_t sum = 0;
+        for (uint64_t& n : first) {
+            have_room &= n <= 2;
+            sum += std::exchange(n, sum);
+        }
+        boxes.resize(sum);
+    }
+    bool move(size_t i) const { return !first.empty() && first[i] < first[i + 1]; }
+    std::span<Bounds3f> of(size_t i) { return {boxes.data() + first[i], size_t(first[i + 1] - first[i])}; }
+    void make_leaf(const Placed& p, uint32_t number, MovingLeaf& leaf) {
+        leaf = {};
+        if (!move(number)) {
+            hierarchy::make_leaf(p, number, leaf.place);
+            return;
+        }
+        const std::span<Bounds3f> all = of(number);
+        leaf.place.page = p.page, leaf.place.number = number, leaf.place.times = uint32_t(all.size());
+        leaf.path = p.path, leaf.boxes = all.data(), leaf.first = all[0], leaf.second = all[1];
+    }
+};
+
 // Runs of at most eight instances that lie together; `source`: of the first in the order of the items.
-LargeVector<Group> groups_of(const SplitTree& tree) {
+template <class Moves>
+LargeVector<Group> groups_of(const SplitTree& tree, const Moves& moves) {
     LargeVector<Group> groups;
     for (const SplitTree::Branch& b : tree.branches)
         if (b.left < 0)
@@ -85,20 +118,24 @@ LargeVector<Group> groups_of(const SplitTree& tree) {
                 const Item& item = tree.items[groups[k].source + i];
                 groups[k].box[i] = {{item.lo[0], item.lo[1], item.lo[2]},
                                     {item.hi[0], item.hi[1], item.hi[2]}};
+                if (moves(item.index))
+                    groups[k].kind = Kind::Moving;
             }
     });
     return groups;
 }
 
 // `write(item, leaf)` makes the leaf of an instance.
-template <class Write>
-PageMemory build_level(LargeVector<Item> items, const Write& write) {
+template <class Moves, class Write>
+PageMemory build_level(LargeVector<Item> items, const Moves& moves, const Write& write) {
     const SplitTree order = items.empty() ? SplitTree() : split_all(std::move(items), 8);
-    const LargeVector<Group> groups = groups_of(order);
+    const LargeVector<Group> groups = groups_of(order, moves);
+    LargeVector<uint64_t> at(groups.size()); // where their leaves are
     Header h{};
     h.magic = Magic, h.version = Version;
-    const size_t first = sizeof(Header); // of the instances, a line each
-    h.nodes = first + order.items.size() * sizeof(InstanceLeaf);
+    h.nodes = sizeof(Header);
+    for (size_t k = 0; k < groups.size(); k++)
+        at[k] = h.nodes, h.nodes += groups[k].count * UnitsOf[size_t(groups[k].kind)] * UnitBytes;
     NodeTree tree = make_nodes(groups, h.nodes);
     h.node_bytes = tree.nodes.size() * sizeof(Node);
     h.bytes = h.nodes + h.node_bytes;
@@ -116,12 +153,15 @@ PageMemory build_level(LargeVector<Item> items, const Write& write) {
     tasks::parallel_chunks(groups.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; k++) {
             const Group& g = groups[k];
-            const size_t at = first + g.source * sizeof(InstanceLeaf);
-            for (uint32_t i = 0; i < g.count; i++)
-                write(order.items[g.source + i].index,
-                      *reinterpret_cast<InstanceLeaf*>(bytes + at + i * sizeof(InstanceLeaf)));
+            for (uint32_t i = 0; i < g.count; i++) {
+                const uint32_t index = order.items[g.source + i].index;
+                if (g.kind == Kind::Moving)
+                    write(index, reinterpret_cast<MovingLeaf*>(bytes + at[k])[i]);
+                else
+                    write(index, reinterpret_cast<InstanceLeaf*>(bytes + at[k])[i]);
+            }
             write_node(tree.nodes[tree.leaf_at[k]], g,
-                       Children{Kind::Instance, g.count, uint32_t(at / UnitBytes)}.word());
+                       Children{g.kind, g.count, uint32_t(at[k] / UnitBytes)}.word());
         }
     });
     if (!tree.nodes.empty())
@@ -147,22 +187,34 @@ int World::nesting_of(uint32_t page) const {
 }
 
 template <class PlacementOf>
-uint32_t World::add_level(size_t count, int nesting, const PlacementOf& placement_of) {
+uint32_t World::add_level(size_t count, int nesting, bool moves, const PlacementOf& placement_of) {
     if (nesting > MostNesting)
         throw Error("instances lie " + std::to_string(nesting) + " deep in each other; at most " +
                     std::to_string(MostNesting) + " can be traced");
+    Boxes boxes;
+    if (moves)
+        boxes.measure(count, placement_of);
+    m_moves |= moves;
     LargeVector<Item> items(count);
     LargeVector<uint8_t> state(count); // 1: it stands; 2: it is left out
-    tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
+    tasks::parallel_chunks(count, moves ? 256 : PlacesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
             const Placed p = placement_of(i);
             const Page& page = m_pages[p.page];
             if (page.header().root == NoRef) // of nothing there is nothing to see
                 continue;
-            InstanceLeaf leaf;
-            const Bounds3f box = p.stays ? page.bounds() : box_of(p.world_from_page, page.bounds());
-            const bool stands =
-                make_leaf(p, uint32_t(i), leaf) && is_somewhere(box.lo) && is_somewhere(box.hi);
+            Bounds3f box = page.bounds();
+            bool stands = true;
+            if (boxes.move(i)) {
+                p.path->bound(std::exchange(box, {}), boxes.of(i));
+                for (const Bounds3f& at : boxes.of(i))
+                    stands &= is_somewhere(at.lo) && is_somewhere(at.hi), box.extend(at);
+            } else {
+                InstanceLeaf leaf;
+                if (!p.stays)
+                    box = box_of(p.world_from_page, box);
+                stands = make_leaf(p, uint32_t(i), leaf) && is_somewhere(box.lo) && is_somewhere(box.hi);
+            }
             state[i] = stands ? 1 : 2;
             items[i] = Item(box, uint32_t(i));
         }
@@ -175,7 +227,15 @@ uint32_t World::add_level(size_t count, int nesting, const PlacementOf& placemen
     }
     items.resize(kept);
     m_levels.push_back(build_level(
-        std::move(items), [&](uint32_t i, InstanceLeaf& leaf) { make_leaf(placement_of(i), i, leaf); }));
+        std::move(items), [&](uint32_t i) { return boxes.move(i); },
+        [&]<class Leaf>(uint32_t i, Leaf& leaf) {
+            if constexpr (std::is_same_v<Leaf, MovingLeaf>)
+                boxes.make_leaf(placement_of(i), i, leaf);
+            else
+                make_leaf(placement_of(i), i, leaf);
+        }));
+    if (!boxes.have_room)
+        m_boxes.push_back(std::move(boxes.boxes));
     const uint32_t number = add(m_levels.back().page());
     m_nesting[number] = nesting;
     return number;
@@ -183,30 +243,36 @@ uint32_t World::add_level(size_t count, int nesting, const PlacementOf& placemen
 
 uint32_t World::add(std::span<const Placement> placements) {
     int nesting = 1;
-    for (const Placement& p : placements)
+    bool moves = false;
+    for (const Placement& p : placements) {
         nesting = std::max(nesting, nesting_of(p.page));
-    return add_level(placements.size(), nesting,
-                     [&](size_t i) { return Placed{placements[i].world_from_page, placements[i].page}; });
+        moves |= p.path && p.path->moves();
+    }
+    return add_level(placements.size(), nesting, moves, [&](size_t i) {
+        const Placement& p = placements[i];
+        return p.path ? placed(p.page, *p.path) : Placed{p.world_from_page, p.page};
+    });
 }
 
 uint32_t World::add(std::span<const Placements> runs) {
     int nesting = 1;
     std::vector<size_t> first; // instance of each run
     size_t count = 0;
+    bool moves = false;
     for (const Placements& run : runs) {
         nesting = std::max(nesting, nesting_of(run.page));
+        moves |= std::ranges::any_of(run.paths, &MotionPath::moves);
         first.push_back(count);
-        count += run.world_from_page.empty() ? 1 : run.world_from_page.size();
+        count += run.size();
     }
-    return add_level(count, nesting, [&](size_t i) {
+    return add_level(count, nesting, moves, [&](size_t i) {
         const size_t r = size_t(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1;
-        Placed p{{}, runs[r].page, runs[r].world_from_page.empty()};
-        if (p.stays)
-            return p;
-        const auto rows = runs[r].world_from_page[i - first[r]];
-        for (size_t k = 0; k < 12; k++)
-            p.world_from_page.m[k / 4][k % 4] = double(rows[k]);
-        return p;
+        const Placements& run = runs[r];
+        if (run.stays())
+            return Placed{{}, run.page, true};
+        if (!run.paths.empty())
+            return placed(run.page, run.paths[i - first[r]]);
+        return placed(run.page, run.world_from_page[i - first[r]].data());
     });
 }
 
@@ -214,6 +280,8 @@ size_t World::level_bytes() const {
     size_t bytes = 0;
     for (const PageMemory& level : m_levels)
         bytes += level.size();
+    for (const LargeVector<Bounds3f>& boxes : m_boxes)
+        bytes += boxes.size() * sizeof(Bounds3f);
     return bytes;
 }
 

@@ -5,19 +5,25 @@
 #include <span>
 #include <vector>
 
+#include "base/motion.h"
 #include "base/places.h"
 #include "hierarchy/page.h"
 
 namespace kanuka::hierarchy {
 
 struct Placement {
-    Transform world_from_page; // affine; of a level inside, "world" is the page that it stands in
-    uint32_t page;             // number in the world
+    Transform world_from_page;        // affine; of a level inside, "world" is the page that it stands in
+    uint32_t page;                    // number in the world
+    const MotionPath* path = nullptr; // along which it moves instead; whoever has it keeps it
 };
 // Many of one page, as renderers have them.
 struct Placements {
     uint32_t page;
-    Places world_from_page; // none: the page lies there as it is
+    Places world_from_page = {};            // none: the page lies there as it is
+    std::span<const MotionPath> paths = {}; // moving ones instead; whoever has them keeps them
+
+    bool stays() const { return world_from_page.empty() && paths.empty(); }
+    size_t size() const { return stays() ? 1 : paths.empty() ? world_from_page.size() : paths.size(); }
 };
 
 // Thread safety: const members may run at the same time.
@@ -26,8 +32,9 @@ class World {
     // A page's number. Whoever made or mapped its bytes keeps them.
     uint32_t add(const Page& page);
     // A level, which is a page like any other: instances of pages that are there already. Those whose
-    // transform has no inverse, or is no affine one of finite numbers, are left out and counted. In parallel;
-    // the same bytes for any number of threads. Throws Error where instances would lie deeper in each other
+    // transform has no inverse, or is no affine one of finite numbers, are left out and counted; of those
+    // that move, what is nowhere at some time. In parallel; the same bytes for any number of threads, but for
+    // addresses. Throws Error where instances would lie deeper in each other
     // than MostNesting, a page has no such number, or the level would be larger than 2 GiB.
     uint32_t add(std::span<const Placement> placements);
     // Instances are numbered through all runs; of a page that lies there as it is there is one.
@@ -37,15 +44,18 @@ class World {
     std::span<const Page> pages() const { return m_pages; }
     int nesting(uint32_t number) const { return m_nesting[number]; } // 0: it is no level
     size_t left_out() const { return m_left_out; }
-    size_t level_bytes() const; // of all levels together
+    size_t level_bytes() const;            // of all levels together
+    bool moves() const { return m_moves; } // something does: rays need times
 
   private:
     template <class PlacementOf>
-    uint32_t add_level(size_t count, int nesting, const PlacementOf& placement_of);
+    uint32_t add_level(size_t count, int nesting, bool moves, const PlacementOf& placement_of);
     int nesting_of(uint32_t page) const; // of a level that it stands in
     std::vector<Page> m_pages;
     std::vector<int> m_nesting;
     std::deque<PageMemory> m_levels;
+    std::deque<LargeVector<Bounds3f>> m_boxes; // of moving instances, level by level
+    bool m_moves = false;
     size_t m_left_out = 0;
 };
 
