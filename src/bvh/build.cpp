@@ -1,5 +1,5 @@
 // Builds Embree's scenes: which geometry each of the store's shapes becomes, and instances of other groups.
-// A group may be there twice: where it stands still without what pages hold, and whole where it moves.
+// A group may be there twice: without what pages hold, and whole where it bounds solids.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -49,7 +49,7 @@ class Builder {
     // Of a group without what pages hold, and whole.
     static size_t place_of(int group, bool whole) { return 2 * size_t(group) + whole; }
     static size_t target_of(const GroupDesc::Instances& in, bool whole) {
-        return place_of(in.group, whole || !in.stands_still());
+        return place_of(in.group, whole || in.bounds_solid);
     }
 
     // After those of lower numbers.

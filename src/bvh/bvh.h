@@ -1,8 +1,8 @@
-// Ray queries over the store. Large groups that stand still lie in pages of our own (page_scene.h,
-// docs/hierarchy.md). The rest is Embree's (build.cpp): meshes are one geometry each, grids of a group one;
-// instances are one user geometry per group of them, nested by callback. Shapes that change
-// while the shutter is open have a vertex buffer a step; moving instances have their bounds at several times,
-// and their matrix is made for every ray that meets them.
+// Ray queries over the store. Large groups lie in pages of our own, wherever they stand or move
+// (page_scene.h, docs/hierarchy.md). The rest is Embree's (build.cpp): meshes are one geometry each, grids of
+// a group one; instances are one user geometry per group of them, nested by callback. Shapes that change
+// while the shutter is open have a vertex buffer a step; moving instances, here and there, have their bounds
+// at several times, and their matrix is made for every ray that meets them.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,7 @@ struct GroupDesc {
         // outlive the scene.
         std::vector<int32_t> variations = {};
 
-        bool stands_still() const { return paths.empty() && !bounds_solid; }
+        size_t size() const { return paths.empty() ? places.size() : paths.size(); }
     };
     std::vector<Instances> instances;
     std::vector<SolidNode> solids;

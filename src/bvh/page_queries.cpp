@@ -16,11 +16,12 @@ namespace {
 struct Rays {
     std::vector<hierarchy::Ray> rays;
     std::vector<uint32_t> lanes; // packet * W + lane
+    std::vector<float> times;    // where something moves
     std::vector<Beholder> beholders;
 
     static Rays& of_thread() {
         static thread_local Rays rays;
-        rays.rays.clear(), rays.lanes.clear(), rays.beholders.clear();
+        rays.rays.clear(), rays.lanes.clear(), rays.times.clear(), rays.beholders.clear();
         return rays;
     }
 };
@@ -35,7 +36,7 @@ uint32_t by_tiles(uint32_t n) {
 }
 
 template <int W>
-void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool beholders) {
+void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool times, bool beholders) {
     const uint32_t count = uint32_t(packets.size()) * W, in_tiles = count / (Row * Tile) * (Row * Tile);
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t lane = n < in_tiles ? by_tiles(n) : n;
@@ -46,6 +47,8 @@ void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool beholders) {
         to.rays.push_back(
             {{r.o.x[i], r.o.y[i], r.o.z[i]}, r.t_min[i], {r.d.x[i], r.d.y[i], r.d.z[i]}, r.t_max[i]});
         to.lanes.push_back(lane);
+        if (times)
+            to.times.push_back(r.time[i]);
         if (beholders)
             to.beholders.push_back(
                 {r.seed[i], r.passes[i], r.camera[i], r.level[i], r.passages ? r.passages + i : nullptr});
@@ -62,23 +65,23 @@ class Sink {
 };
 
 template <hierarchy::Query Asked, class Filter>
-void trace_by(const hierarchy::World& world, uint32_t root, std::span<const hierarchy::Ray> rays,
-              Filter& filter, Sink& sink) {
+void trace_by(const hierarchy::World& world, uint32_t root, const Rays& rays, Filter& filter, Sink& sink) {
     const auto done = [&](size_t i, const hierarchy::Hit& hit, const hierarchy::InstancePath& path) {
         sink.take(i, hit, path);
     };
     using hierarchy::RayQueue;
     const hierarchy::Page& page = world.page(root);
     if (world.nesting(root) == 0)
-        RayQueue<8, Asked, Filter>(page, rays, filter).run(done);
+        RayQueue<8, Asked, Filter>(page, rays.rays, filter).run(done);
     else
-        RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(page, rays, filter, world.pages()).run(done);
+        RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(page, rays.rays, filter, world.pages(),
+                                                               rays.times)
+            .run(done);
 }
 
 // `presence`: null = everything is there.
 template <hierarchy::Query Asked, class Presence>
-void trace(const hierarchy::World& world, uint32_t root, std::span<const hierarchy::Ray> rays,
-           Presence* presence, Sink& sink) {
+void trace(const hierarchy::World& world, uint32_t root, const Rays& rays, Presence* presence, Sink& sink) {
     hierarchy::EverythingIsThere everything;
     if (presence)
         trace_by<Asked>(world, root, rays, *presence, sink);
@@ -135,6 +138,14 @@ PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarch
     return {shape, 0, (float(cell - row * s.mu) + u) / float(s.mu), (float(row) + v) / float(s.mv), partly};
 }
 
+Matrix PageScene::Run::place(uint32_t number, float time) const {
+    if (paths.empty())
+        return places[number];
+    Matrix m;
+    paths[number].at(double(hierarchy::shutter_time(time)), m.data());
+    return m;
+}
+
 template <class Step>
 PageScene::Owner PageScene::follow(const hierarchy::InstancePath& path, const Step& step) const {
     int at = int(m_groups.size()) - 1;
@@ -161,7 +172,7 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
         rounding(0.0f);
     int slot = 0, instanced = 0, variation = 0;
     const Owner owner = follow(path, [&](const Run& run, uint32_t number) {
-        const Matrix up = run.places[number];
+        const Matrix up = run.place(number, rays.time[lane]);
         Matrix down{};
         invert(up.data(), down.data());
         const Matrix world_from_parent = world_from_here;
@@ -202,7 +213,7 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
     if (empty())
         return;
     Rays& rays = Rays::of_thread();
-    add_rays(rays, packets, m_partly);
+    add_rays(rays, packets, m_world.moves(), m_partly);
     class Hits final : public Sink {
       public:
         Hits(const PageScene& scene, const Rays& rays, std::span<const RayPacket<W>> packets,
@@ -222,7 +233,7 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
         std::span<HitPacket<W>> m_hits;
     } sink(*this, rays, packets, hits);
     Presence presence(*this, rays);
-    trace<hierarchy::Query::Closest>(m_world, m_root, rays.rays, m_partly ? &presence : nullptr, sink);
+    trace<hierarchy::Query::Closest>(m_world, m_root, rays, m_partly ? &presence : nullptr, sink);
     paged_memory::keep_within_bound();
 }
 
@@ -232,7 +243,7 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
     if (empty())
         return;
     Rays& rays = Rays::of_thread();
-    add_rays(rays, packets, m_partly);
+    add_rays(rays, packets, m_world.moves(), m_partly);
     class Hidden final : public Sink {
       public:
         Hidden(const Rays& rays, std::span<Mask<W>> hidden) : m_rays(rays), m_hidden(hidden) {}
@@ -246,7 +257,7 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
         std::span<Mask<W>> m_hidden;
     } sink(rays, hidden);
     Presence presence(*this, rays);
-    trace<hierarchy::Query::Any>(m_world, m_root, rays.rays, m_partly ? &presence : nullptr, sink);
+    trace<hierarchy::Query::Any>(m_world, m_root, rays, m_partly ? &presence : nullptr, sink);
     paged_memory::keep_within_bound();
 }
 

@@ -63,7 +63,7 @@ class CellCorners {
 
 // Of what pages may have, 2 GiB each, at the most that a polygon or an instance takes.
 constexpr uint64_t MostBytes = uint64_t(1) << 31;
-constexpr uint64_t BytesACell = 24, BytesATriangle = 48, BytesAnInstance = 88;
+constexpr uint64_t BytesACell = 24, BytesATriangle = 48, BytesAnInstance = 88, BytesAMovingOne = 152;
 
 uint64_t page_bytes(const store::ShapeRecord& s) {
     if (is_mesh(s))
@@ -72,22 +72,22 @@ uint64_t page_bytes(const store::ShapeRecord& s) {
     return has_few_cells(s) ? 2 * cells * BytesATriangle : cells * BytesACell;
 }
 
-struct Reach { // of a group, from the world on by instances that stand still
+struct Reach { // of a group, from the world on by instances that bound no solids
     bool reached = false;
-    uint64_t places = 0; // the most in one other group
+    uint64_t bytes = 0; // of its places: the most in one other group
 };
 std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
     std::vector<Reach> all(groups.size());
     all.back().reached = true;
     for (size_t g = groups.size(); g-- > 0;) {
-        uint64_t places = 0;
+        uint64_t bytes = 0;
         for (const auto& in : groups[g].instances)
-            if (all[g].reached && in.stands_still()) {
-                places += in.places.size();
+            if (all[g].reached && !in.bounds_solid) {
+                bytes += in.size() * (in.paths.empty() ? BytesAnInstance : BytesAMovingOne);
                 all[size_t(in.group)].reached = true;
             }
         for (const auto& in : groups[g].instances)
-            all[size_t(in.group)].places = std::max(all[size_t(in.group)].places, places);
+            all[size_t(in.group)].bytes = std::max(all[size_t(in.group)].bytes, bytes);
     }
     return all;
 }
@@ -101,7 +101,7 @@ PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, uin
         return;
     const std::vector<Reach> reach = reach_of(groups);
     for (size_t g = 0; g < groups.size(); g++) {
-        const bool fits = reach[g].places * BytesAnInstance < MostBytes;
+        const bool fits = reach[g].bytes < MostBytes;
         if (reach[g].reached)
             build_group(store, groups, g, fits ? least : std::numeric_limits<uint64_t>::max());
     }
@@ -136,11 +136,11 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
     uint32_t count = uint32_t(level.size());
     for (const auto& in : desc.instances) {
         const uint32_t root = m_groups[size_t(in.group)].root;
-        if (!in.stands_still() || root == None || in.places.empty())
+        if (in.bounds_solid || root == None || in.size() == 0)
             continue;
-        level.push_back({root, in.places});
-        group.runs.push_back({count, in.group, in.places, in.first_slot, in.variations});
-        count += uint32_t(in.places.size());
+        level.push_back({root, in.places, in.paths});
+        group.runs.push_back({count, in.group, in.places, in.paths, in.first_slot, in.variations});
+        count += uint32_t(in.size());
     }
     if (group.runs.empty() && group.owns.size() < 2)
         group.root = group.owns.empty() ? None : group.owns[0].page;

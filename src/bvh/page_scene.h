@@ -1,8 +1,9 @@
-// What of a scene lies in pages of our own hierarchy: still grids and meshes of groups that have many of
-// them, and still instances of such groups. The rest is Embree's (build.cpp): small groups, what moves,
-// fibres and the surfaces of solids.
+// What of a scene lies in pages of our own hierarchy: grids and meshes that do not change, of groups that
+// have many of them, and instances of such groups, which may move. The rest is Embree's (build.cpp): small
+// groups, shapes that change, fibres and the surfaces of solids.
 #pragma once
 
+#include "bvh/matrix.h"
 #include "bvh/presence.h"
 #include "hierarchy/build.h"
 #include "hierarchy/instances.h"
@@ -20,7 +21,8 @@ class PageScene {
     PageScene(const PageScene&) = delete;
 
     bool empty() const { return m_root == None; }
-    // Of a shape of a group, which bounds solid `solid` (-1 = none), wherever the group stands still.
+    // Of a shape of a group, which bounds solid `solid` (-1 = none), wherever the group bounds none as a
+    // whole.
     bool holds(size_t group, const store::ShapeRecord& shape, int solid) const {
         return !m_groups[group].owns.empty() && can_hold(shape, solid);
     }
@@ -41,8 +43,11 @@ class PageScene {
         uint32_t first;
         int group;
         Places places;
+        std::span<const MotionPath> paths; // moving ones instead
         int first_slot;
         std::span<const int32_t> variations; // GroupDesc::Instances has the same
+
+        Matrix place(uint32_t number, float time) const;
     };
     struct Own {                                          // a page of shapes
         std::vector<int> grids, meshes;                   // as the page numbers them; few cells are a mesh

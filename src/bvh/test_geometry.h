@@ -229,6 +229,8 @@ struct Hit {
     int shape, prim;
     bool instanced;
     std::array<float, 12> world_from_shape;
+    float magnitude = 0;
+    int slot_shift = 0;
 };
 
 template <int W>
@@ -263,7 +265,9 @@ std::vector<Hit> intersect(const Scene& scene, const std::vector<Ray>& rays, int
                     h.shape[k],
                     h.prim[k],
                     h.instanced[k] != 0,
-                    {}};
+                    {},
+                    h.magnitude[k],
+                    h.slot_shift[k]};
             for (size_t m = 0; m < 12; m++)
                 one.world_from_shape[m] = h.world_from_shape[m][k];
             out.push_back(one);
