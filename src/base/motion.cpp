@@ -87,135 +87,173 @@ M3 transposed(const M3& m) {
     return {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
 }
 
-double norm(const M3& m, const Vec3f& p) {
+// Of a point that three rows take somewhere.
+double norm(const std::array<double, 12>& m, const Vec3f& p) {
     double sum = 0;
-    for (size_t i = 0; i < 3; i++) {
-        const double x = m[3 * i] * double(p.x) + m[3 * i + 1] * double(p.y) + m[3 * i + 2] * double(p.z);
+    for (size_t i = 0; i < 12; i += 4) {
+        const double x = m[i] * double(p.x) + m[i + 1] * double(p.y) + m[i + 2] * double(p.z) + m[i + 3];
         sum += x * x;
     }
     return std::sqrt(sum);
 }
 
+// A key's matrix, taken apart.
+struct Key {
+    double time;
+    std::array<double, 3> translation;
+    Q rotation{1, 0, 0, 0};
+    M3 linear, stretch; // all of it, and without the rotation
+
+    Key(double time, const Transform& t) : time(time) {
+        for (size_t i = 0; i < 3; i++) {
+            translation[i] = t.m[i][3];
+            for (size_t j = 0; j < 3; j++)
+                linear[3 * i + j] = t.m[i][j];
+        }
+        stretch = linear;
+        M3 r;
+        if (nearest_rotation(linear, r)) {
+            rotation = quaternion(r);
+            stretch = product(transposed(matrix(rotation)), linear);
+        }
+    }
+    // By the shorter arc from another one; how far that is.
+    double angle_from(const Q& other) {
+        double d = 0;
+        for (size_t i = 0; i < 4; i++)
+            d += other[i] * rotation[i];
+        if (d < 0) {
+            for (double& x : rotation)
+                x = -x;
+            d = -d;
+        }
+        return std::acos(std::min(d, 1.0));
+    }
+    std::array<double, 12> rows(const M3& m, const std::array<double, 3>& moved,
+                                const Transform& after) const {
+        std::array<double, 12> out;
+        for (size_t i = 0; i < 3; i++)
+            for (size_t j = 0; j < 4; j++)
+                out[4 * i + j] = m[3 * i] * after.m[0][j] + m[3 * i + 1] * after.m[1][j] +
+                                 m[3 * i + 2] * after.m[2][j] + (j == 3 ? moved[i] : 0);
+        return out;
+    }
+    // As it is turned and moved; without that.
+    std::array<double, 12> whole(const Transform& after) const { return rows(linear, translation, after); }
+    std::array<double, 12> stretched(const Transform& after) const { return rows(stretch, {}, after); }
+};
+
+typedef double Row __attribute__((vector_size(32)));
+Row row(const double* p) {
+    return Row{p[0], p[1], p[2], p[3]};
+}
+
 } // namespace
 
-MotionPath::MotionPath(std::span<const TransformKey> keys, const Transform& before, const Transform& after)
-    : m_after(after), m_has_after(!(after == Transform{})) {
-    for (const TransformKey& k : keys) {
-        const Transform t = before * k.transform;
-        Key key;
-        key.time = k.time;
-        M3 m, r;
-        for (size_t i = 0; i < 3; i++) {
-            key.translation[i] = t.m[i][3];
-            for (size_t j = 0; j < 3; j++)
-                m[3 * i + j] = t.m[i][j];
-        }
-        key.stretch = m;
-        if (nearest_rotation(m, r)) {
-            key.rotation = quaternion(r);
-            key.stretch = product(transposed(matrix(key.rotation)), m);
-        }
-        if (!m_keys.empty()) {
-            Key& last = m_keys.back();
-            double d = 0;
-            for (size_t i = 0; i < 4; i++)
-                d += last.rotation[i] * key.rotation[i];
-            if (d < 0) { // the same rotation, by the shorter arc
-                for (double& x : key.rotation)
-                    x = -x;
-                d = -d;
-            }
-            last.angle = std::acos(std::min(d, 1.0));
-        }
-        m_keys.push_back(key);
-    }
-    if (m_keys.empty()) {
+MotionPath::MotionPath(std::span<const TransformKey> keys, const Transform& before, const Transform& after) {
+    constexpr double LeastAngle = 1e-6; // what it would be off by is its square
+    if (keys.empty()) {
         const TransformKey still{0, {}};
         *this = MotionPath({&still, 1}, before, after);
+        return;
+    }
+    Key last(keys[0].time, before * keys[0].transform);
+    m_first.begin = m_first.end = last.time;
+    m_first.from = m_first.to = last.whole(after);
+    for (size_t k = 1; k < keys.size(); k++) {
+        Key next(keys[k].time, before * keys[k].transform);
+        Piece& p = k == 1 ? m_first : m_more.emplace_back();
+        p.begin = last.time, p.end = next.time;
+        p.angle = next.angle_from(last.rotation);
+        if (p.angle > LeastAngle) {
+            p.cotangent = std::cos(p.angle) / std::sin(p.angle), p.per_sine = 1 / std::sin(p.angle);
+            p.from = last.stretched(after), p.to = next.stretched(after);
+            p.rotation_from = last.rotation, p.rotation_to = next.rotation;
+            p.translation_from = last.translation, p.translation_to = next.translation;
+        } else {
+            p.angle = 0;
+            p.from = last.whole(after), p.to = next.whole(after);
+        }
+        last = next;
     }
 }
 
-MotionPath::Place MotionPath::place(double time) const {
+const MotionPath::Piece& MotionPath::piece_at(double time) const {
     size_t i = 0;
-    while (i + 2 < m_keys.size() && m_keys[i + 1].time <= time)
+    while (i < m_more.size() && piece(i).end <= time)
         i++;
-    const Key &a = m_keys[i], &b = m_keys[std::min(i + 1, m_keys.size() - 1)];
-    const double span = b.time - a.time;
-    return {&a, &b, span > 0 ? std::clamp((time - a.time) / span, 0.0, 1.0) : 0.0};
+    return piece(i);
+}
+
+void MotionPath::at(double time, Transform& t) const {
+    const Piece& p = piece_at(time);
+    const double f = p.begin < p.end ? std::clamp((time - p.begin) / (p.end - p.begin), 0.0, 1.0) : 0;
+    const auto between = [f](double a, double b) { return a + (b - a) * f; };
+    Row rows[3];
+    for (size_t i = 0; i < 3; i++) {
+        const Row from = row(&p.from[4 * i]), to = row(&p.to[4 * i]);
+        rows[i] = from + (to - from) * f;
+    }
+    if (p.angle > 0) {
+        // Spherical linear interpolation (Shoemake 1985): sin((1 - f) a) / sin a and sin(f a) / sin a.
+        const double sine = std::sin(f * p.angle), wa = std::cos(f * p.angle) - p.cotangent * sine,
+                     wb = sine * p.per_sine;
+        Q q;
+        for (size_t i = 0; i < 4; i++)
+            q[i] = wa * p.rotation_from[i] + wb * p.rotation_to[i];
+        const M3 r = matrix(q);
+        const Row x = rows[0], y = rows[1], z = rows[2];
+        for (size_t i = 0; i < 3; i++)
+            rows[i] = x * r[3 * i] + y * r[3 * i + 1] + z * r[3 * i + 2] +
+                      Row{0, 0, 0, between(p.translation_from[i], p.translation_to[i])};
+    }
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 4; j++)
+            t.m[i][j] = rows[i][j];
 }
 
 Transform MotionPath::at(double time) const {
-    if (m_keys.empty())
-        return {};
-    const Place p = place(time);
-    double wa = 1 - p.f, wb = p.f;
-    if (p.a->angle > 1e-6) { // spherical linear interpolation (Shoemake 1985)
-        const double s = 1 / std::sin(p.a->angle);
-        wa = std::sin(wa * p.a->angle) * s;
-        wb = std::sin(wb * p.a->angle) * s;
-    }
-    Q q;
-    double l = 0;
-    for (size_t i = 0; i < 4; i++) {
-        q[i] = wa * p.a->rotation[i] + wb * p.b->rotation[i];
-        l += q[i] * q[i];
-    }
-    l = 1 / std::sqrt(l);
-    for (double& x : q)
-        x *= l;
-    M3 stretch;
-    for (size_t i = 0; i < 9; i++)
-        stretch[i] = p.a->stretch[i] + (p.b->stretch[i] - p.a->stretch[i]) * p.f;
-    const M3 m = product(matrix(q), stretch);
     Transform t;
-    for (size_t i = 0; i < 3; i++) {
-        for (size_t j = 0; j < 3; j++)
-            t.m[i][j] = m[3 * i + j];
-        t.m[i][3] = p.a->translation[i] + (p.b->translation[i] - p.a->translation[i]) * p.f;
-    }
-    return m_has_after ? t * m_after : t;
+    at(time, t);
+    return t;
 }
 
 void MotionPath::at(double time, float* out) const {
-    const Transform t = at(time);
+    Transform t;
+    at(time, t);
     for (size_t i = 0; i < 3; i++)
         for (size_t j = 0; j < 4; j++)
             *out++ = float(t.m[i][j]);
 }
 
 std::vector<double> MotionPath::times() const {
-    std::vector<double> t;
-    for (const Key& k : m_keys)
-        t.push_back(k.time);
+    std::vector<double> t{m_first.begin};
+    for (size_t i = 0; moves() && i < count(); i++)
+        t.push_back(piece(i).end);
     return t;
 }
 
 double MotionPath::turning() const {
     double sum = 0;
-    for (const Key& k : m_keys)
-        sum += 2 * k.angle;
+    for (size_t i = 0; i < count(); i++)
+        sum += 2 * piece(i).angle;
     return sum;
 }
 
 // x(t) = R(t) S(t) p + T(t) with S and T linear: |x''| <= turn^2 |S p| + 2 turn |S' p|, and the chord is at
 // most an eighth of that away.
 double MotionPath::deviation(double t0, double t1, const Bounds3f& box) const {
-    if (m_keys.size() < 2)
+    const Piece& p = piece_at(0.5 * (t0 + t1));
+    if (p.angle == 0)
         return 0;
-    const Place p = place(0.5 * (t0 + t1));
-    const double span = p.b->time - p.a->time;
-    if (!(span > 0))
-        return 0;
-    const double share = std::min(1.0, std::abs(t1 - t0) / span), turn = 2 * p.a->angle * share;
-    M3 change;
-    for (size_t i = 0; i < 9; i++)
-        change[i] = p.b->stretch[i] - p.a->stretch[i];
+    const double share = std::min(1.0, std::abs(t1 - t0) / (p.end - p.begin)), turn = 2 * p.angle * share;
+    std::array<double, 12> change;
+    for (size_t i = 0; i < 12; i++)
+        change[i] = p.to[i] - p.from[i];
     double radius = 0, growth = 0;
     for (int k = 0; k < 8; k++) {
-        Vec3f c{k & 1 ? box.hi.x : box.lo.x, k & 2 ? box.hi.y : box.lo.y, k & 4 ? box.hi.z : box.lo.z};
-        if (m_has_after)
-            c = m_after.point(c);
-        radius = std::max({radius, norm(p.a->stretch, c), norm(p.b->stretch, c)});
+        const Vec3f c{k & 1 ? box.hi.x : box.lo.x, k & 2 ? box.hi.y : box.lo.y, k & 4 ? box.hi.z : box.lo.z};
+        radius = std::max({radius, norm(p.from, c), norm(p.to, c)});
         growth = std::max(growth, norm(change, c) * share);
     }
     return turn * (turn * radius + 2 * growth) / 8;
@@ -243,10 +281,9 @@ Box placed(const Transform& t, const Bounds3f& box) {
 
 } // namespace
 
-int MotionPath::times_to_bound() const {
-    constexpr double TurnAStep = 0.2; // radians: boxes that turn by that much fit well enough
-    constexpr int Most = 65;          // Embree takes 129
-    const double pieces = std::max({1.0, turning() / TurnAStep, double(m_keys.size()) - 1});
+int MotionPath::times_to_bound(double turn_a_step) const {
+    constexpr int Most = 65; // Embree takes 129
+    const double pieces = std::max({1.0, turning() / turn_a_step, double(count())});
     return 1 + int(std::min(std::ceil(pieces), double(Most - 1)));
 }
 
@@ -270,9 +307,9 @@ void MotionPath::bound(const Bounds3f& box, std::span<Bounds3f> at_times) const 
         times.clear();
         for (int i = 0; i <= Samples; i++)
             times.push_back(t0 + (t1 - t0) * i / Samples);
-        for (const Key& k : m_keys)
-            if (k.time > t0 && k.time < t1)
-                times.push_back(k.time);
+        for (size_t k = 0; k < m_more.size(); k++)
+            if (piece(k).end > t0 && piece(k).end < t1)
+                times.push_back(piece(k).end);
         std::sort(times.begin(), times.end());
         std::array<double, 3> lack_low{}, lack_high{};
         double before = 0; // how far what moves may stray from the chord that ends here

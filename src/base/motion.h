@@ -27,8 +27,9 @@ class MotionPath {
                         const Transform& after = {});
 
     Transform at(double time) const;
+    void at(double time, Transform& first_three_rows) const;
     void at(double time, float* row_major_3x4) const;
-    bool moves() const { return m_keys.size() > 1; }
+    bool moves() const { return m_first.begin < m_first.end || !m_more.empty(); }
     // Where its pieces meet.
     std::vector<double> times() const;
     // No point of the box strays further than this from the straight and even way between where it is at t0
@@ -40,26 +41,27 @@ class MotionPath {
     // are interpolated, with room for rays that are rounded on their way to it. Not finite where the path is
     // not.
     void bound(const Bounds3f& box, std::span<Bounds3f> at_times) const;
-    // At how many times such boxes fit well.
-    int times_to_bound() const;
+    // At how many times such boxes fit well: those that turn by so many radians in between do.
+    int times_to_bound(double turn_a_step) const;
 
   private:
-    struct Key {
-        double time = 0;
-        std::array<double, 3> translation{};
-        std::array<double, 4> rotation{1, 0, 0, 0}; // w x y z
-        std::array<double, 9> stretch{1, 0, 0, 0, 1, 0, 0, 0, 1};
-        double angle = 0; // of the quaternions, to the next key: half of the turn
+    // Between two keys. Rays among many instances ask paths all over memory: what most of them read is short,
+    // and lies together.
+    struct Piece {
+        double begin = 0, end = 0;
+        double angle = 0, cotangent = 0, per_sine = 0; // of the quaternions; 0: it does not turn
+        // Rows, 3x4: what is turned and then moved, with all that comes before; of a piece that does not
+        // turn, everything.
+        std::array<double, 12> from{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, to = from;
+        std::array<double, 4> rotation_from{}, rotation_to{}; // w x y z
+        std::array<double, 3> translation_from{}, translation_to{};
     };
-    struct Place {
-        const Key *a, *b;
-        double f;
-    };
-    Place place(double time) const;
+    size_t count() const { return 1 + m_more.size(); }
+    const Piece& piece(size_t i) const { return i == 0 ? m_first : m_more[i - 1]; }
+    const Piece& piece_at(double time) const;
 
-    std::vector<Key> m_keys;
-    Transform m_after;
-    bool m_has_after = false;
+    Piece m_first;
+    std::vector<Piece> m_more;
 };
 
 // key(t) of `outer` times key(t) of `inner`, at all times of both. An empty list stands for its still matrix.

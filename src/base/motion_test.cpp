@@ -110,7 +110,7 @@ TEST(MotionPath, BoundsHoldWhatMoves) {
                                                        Transform::rotate(170 * u(g), u(g), u(g), u(g)) *
                                                        Transform::scale(1 + u(g), 1, round % 2 ? -1 : 1)});
         const MotionPath path(keys, {}, Transform::translate(round % 3, 0, 0));
-        std::vector<Bounds3f> boxes(size_t(path.times_to_bound()));
+        std::vector<Bounds3f> boxes(size_t(path.times_to_bound(0.2)));
         path.bound(box, boxes);
         for (int i = 0; i <= 500; i++) {
             const double t = i / 500.0, x = t * double(boxes.size() - 1);

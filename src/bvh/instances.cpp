@@ -247,8 +247,9 @@ void instance_bounds(const RTCBoundsFunctionArguments* args) {
 }
 
 void bound_paths(Instances& in) {
+    constexpr double TurnAStep = 0.2; // radians
     for (const MotionPath& path : in.paths)
-        in.steps = std::max(in.steps, path.times_to_bound());
+        in.steps = std::max(in.steps, path.times_to_bound(TurnAStep));
     in.bounds.resize(in.paths.size() * size_t(in.steps));
     tasks::parallel_chunks(in.paths.size(), 256, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++)

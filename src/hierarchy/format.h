@@ -24,7 +24,8 @@ enum class Kind : uint32_t {
     Triangle48, // eight triangles, 16 bits a coordinate
     Count,      // of kinds that pages of files have
     Instance,   // a place of another page (instances.h): levels of them are made in memory
-    Moving      // likewise, where some of a node's eight move
+    Moving,     // likewise, where some of a node's eight move
+    Met         // of stacks alone: such a place whose box the ray has met
 };
 
 constexpr bool is_of_triangles(Kind kind) {

@@ -45,22 +45,33 @@ struct InstanceLeaf {
 static_assert(sizeof(InstanceLeaf) == 64);
 static_assert(UnitsOf[int(Kind::Instance)] * UnitBytes == sizeof(InstanceLeaf));
 
-// The adjugate by the determinant, column by column.
+// The adjugate by the determinant: its columns are cross products of rows.
 inline bool InstanceLeaf::stand_at(const Transform& t) {
-    const auto& m = t.m;
-    const double per = 1 / t.determinant3();
-    bool held = true;
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) {
-            const int r1 = (c + 1) % 3, r2 = (c + 2) % 3, c1 = (r + 1) % 3, c2 = (r + 2) % 3;
-            const auto at = [&](int i, int j) { return m[size_t(i)][size_t(j)]; };
-            const double v = (at(r1, c1) * at(r2, c2) - at(r1, c2) * at(r2, c1)) * per;
-            held &= std::abs(v) < double(LargestCoordinate);
-            page_from_world[3 * c + r] = float(v);
-        }
+    const auto row = [&](size_t r) { return _mm256_loadu_pd(t.m[r].data()); };
+    const auto next = [](__m256d v) { return _mm256_permute4x64_pd(v, _MM_SHUFFLE(3, 0, 2, 1)); };
+    const auto last = [](__m256d v) { return _mm256_permute4x64_pd(v, _MM_SHUFFLE(3, 1, 0, 2)); };
+    const auto cross = [&](__m256d a, __m256d b) {
+        return _mm256_sub_pd(_mm256_mul_pd(next(a), last(b)), _mm256_mul_pd(last(a), next(b)));
+    };
+    const __m256d x = row(0), y = row(1), z = row(2), yz = cross(y, z);
+    alignas(32) double terms[4];
+    _mm256_store_pd(terms, _mm256_mul_pd(x, yz));
+    const __m256d per = _mm256_set1_pd(1 / (terms[0] + terms[1] + terms[2])),
+                  limit = _mm256_set1_pd(double(LargestCoordinate)), sign = _mm256_set1_pd(-0.0);
+    int held = 7;
+    const auto put = [&](int column, __m256d v) { // writes beyond it: one by one in order
+        v = _mm256_mul_pd(v, per);
+        held &= _mm256_movemask_pd(_mm256_cmp_pd(_mm256_andnot_pd(sign, v), limit, _CMP_LT_OQ));
+        _mm_storeu_ps(page_from_world + 3 * column, _mm256_cvtpd_ps(v));
+    };
+    put(0, yz), put(1, cross(z, x));
+    alignas(16) float third[4];
+    const __m256d xy = _mm256_mul_pd(cross(x, y), per);
+    held &= _mm256_movemask_pd(_mm256_cmp_pd(_mm256_andnot_pd(sign, xy), limit, _CMP_LT_OQ));
+    _mm_store_ps(third, _mm256_cvtpd_ps(xy));
     for (size_t a = 0; a < 3; a++)
-        origin[a] = float(m[a][3]);
-    return held;
+        page_from_world[6 + a] = third[a], origin[a] = float(t.m[a][3]);
+    return held == 7;
 }
 
 // A time of the shutter, as paths are asked for it.
@@ -98,13 +109,18 @@ struct MovingLeaf {
         return _mm_cvtss_f32(enter) * (1 - TracedRay::Margin) <=
                _mm_cvtss_f32(leave) * (1 + TracedRay::Margin);
     }
+    void fetch_path() const {
+        for (size_t byte = 0; byte < sizeof(MotionPath); byte += 64)
+            _mm_prefetch(reinterpret_cast<const char*>(path) + byte, _MM_HINT_T0);
+    }
     // Where it is then, by the floats that whoever shades the hit has. False: no ray can be taken there.
     bool stand(float time, InstanceLeaf& leaf) const {
-        float m[12];
-        path->at(double(time), m);
         Transform t;
-        for (size_t i = 0; i < 12; i++)
-            t.m[i / 4][i % 4] = double(m[i]);
+        path->at(double(time), t);
+        for (size_t r = 0; r < 3; r++) {
+            double* const row = t.m[r].data();
+            _mm256_storeu_pd(row, _mm256_cvtps_pd(_mm256_cvtpd_ps(_mm256_loadu_pd(row))));
+        }
         leaf.page = place.page, leaf.number = place.number, leaf.stays = leaf.times = 0;
         return leaf.stand_at(t);
     }

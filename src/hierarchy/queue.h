@@ -47,6 +47,7 @@ class Stack {
     void close(int outer) { m_base = outer; }
     Ref top() const { return m_ref[m_size - 1]; }
     Ref pop() { return m_ref[--m_size]; }
+    void put_back(Ref ref) { m_ref[m_size++] = ref; } // for what was popped, at the same distance
 
     // Eight are written where fewer are pushed.
     void push(const Node& node, const Entered& entered) {
@@ -242,8 +243,14 @@ class RayQueue {
         if (moving.stands_still())
             return enter(s, moving.place);
         const float time = m_times.empty() ? 0 : shutter_time(m_times[s.number]);
+        if (kind_of(leaf) == Kind::Moving) { // other rays go on while memory brings the path
+            if (!moving.is_met_by(s.ray, time))
+                return;
+            moving.fetch_path();
+            return s.stack.put_back(make_ref(Kind::Met, byte_of(leaf)));
+        }
         InstanceLeaf place;
-        if (moving.is_met_by(s.ray, time) && moving.stand(time, place))
+        if (moving.stand(time, place))
             enter(s, place);
     }
     // Into the page that stands at a place, and back from it; false = it is in the outermost.

@@ -15,6 +15,9 @@ namespace kanuka::hierarchy {
 namespace {
 
 constexpr size_t PlacesATask = 4096;
+// Radians between two boxes of what turns. It swells by a twentieth meanwhile, and most that turns has but
+// two, which its leaf has room for.
+constexpr double TurnAStep = 0.6;
 
 // An instance as a level is told of it.
 struct Placed {
@@ -24,7 +27,7 @@ struct Placed {
     const MotionPath* path = nullptr;
 };
 
-// Those that move along paths have the same matrices as floats: so do those of paths that stand still.
+// By floats, as whoever shades a hit has it.
 Placed placed(uint32_t page, const float* rows) {
     Placed p{{}, page};
     for (size_t k = 0; k < 12; k++)
@@ -81,7 +84,7 @@ struct Boxes {
         tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
                 if (const MotionPath* path = placement_of(i).path)
-                    first[i] = uint64_t(path->times_to_bound());
+                    first[i] = uint64_t(path->times_to_bound(TurnAStep));
         });
         uint64_t sum = 0;
         for (uint64_t& n : first) {
@@ -100,7 +103,8 @@ struct Boxes {
         }
         const std::span<Bounds3f> all = of(number);
         leaf.place.page = p.page, leaf.place.number = number, leaf.place.times = uint32_t(all.size());
-        leaf.path = p.path, leaf.boxes = all.data(), leaf.first = all[0], leaf.second = all[1];
+        leaf.path = p.path, leaf.boxes = all.size() > 2 ? all.data() : nullptr;
+        leaf.first = all[0], leaf.second = all[1];
     }
 };
 

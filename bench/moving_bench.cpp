@@ -1,0 +1,223 @@
+// Instances that move beside the same ones that stand still, in pages and in Embree, by the queries of the
+// renderer: time a ray, and bytes.
+//
+//     moving_bench [--instances=N] [--rays=N] [--rounds=N] [--turn=DEGREES] [--travel=UNITS]
+//
+// Each thing is two units wide; it travels in a direction of its own and turns about an axis of its own. Two
+// threads build and one traces, whose time counts; rounds go through all scenes in turn, figures are medians,
+// of ratios too. Rays of one time are traced too: what remains is what it costs to make the way anew, and
+// what is left out is that boxes of a whole way are larger.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <oneapi/tbb/global_control.h>
+
+#include "bvh/test_geometry.h"
+
+using namespace kanuka;
+using namespace kanuka::bvh;
+using namespace kanuka::bvh::testing;
+
+namespace {
+
+struct Settings {
+    size_t instances = 100000, rays = 65536;
+    int rounds = 7;
+    double turn = 20, travel = 1;
+};
+
+double seconds(clockid_t clock) {
+    timespec t;
+    clock_gettime(clock, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+double median(std::vector<double> v) {
+    std::nth_element(v.begin(), v.begin() + ptrdiff_t(v.size() / 2), v.end());
+    return v[v.size() / 2];
+}
+
+// A forest: things stand beside each other on a plane, about to overlap.
+struct Forest {
+    std::vector<float> still;
+    std::vector<MotionPath> paths;
+
+    explicit Forest(const Settings& s) {
+        std::mt19937 g(1);
+        std::uniform_real_distribution<double> u(-1, 1);
+        const size_t side = size_t(std::ceil(std::sqrt(double(s.instances))));
+        for (size_t i = 0; i < s.instances; i++) {
+            const double x = (double(i % side) + 0.5 * u(g) - double(side) / 2) * 2.5,
+                         z = (double(i / side) + 0.5 * u(g) - double(side) / 2) * 2.5, size = 1 + 0.4 * u(g);
+            const Transform stands = Transform::translate(x, size * 1.3, z) *
+                                     Transform::rotate(180 * u(g), 0, 1, 0) *
+                                     Transform::scale(size, size * 1.6, size);
+            const TransformKey keys[] = {
+                {0, stands},
+                {1, Transform::translate(s.travel * u(g), s.travel * u(g), s.travel * u(g)) * stands *
+                        Transform::rotate(s.turn, u(g), u(g), u(g))}};
+            for (size_t k = 0; k < 12; k++)
+                still.push_back(float(stands.m[k / 4][k % 4]));
+            paths.emplace_back(keys);
+        }
+    }
+};
+
+void add_ball(Shapes& shapes) {
+    constexpr int Cells = 32;
+    for (int face = 0; face < 6; face++) {
+        std::vector<Vec3f> points;
+        for (int j = 0; j <= Cells; j++)
+            for (int i = 0; i <= Cells; i++) {
+                const float a = 2 * float(i) / Cells - 1, b = 2 * float(j) / Cells - 1,
+                            c = face & 1 ? -1.0f : 1.0f;
+                const Vec3f d = normalize(face < 2   ? Vec3f(c, a, b)
+                                          : face < 4 ? Vec3f(a, c, b)
+                                                     : Vec3f(a, b, c));
+                points.push_back(d * (1 + 0.15f * std::sin(7 * d.x) * std::sin(6 * d.y) * std::sin(8 * d.z)));
+            }
+        shapes.add_grid(Cells, Cells, points);
+    }
+}
+
+// Of rounds that lie beside each other: the machine may be shared.
+double ratio(const std::vector<double>& a, const std::vector<double>& b) {
+    std::vector<double> all;
+    for (size_t i = 0; i < a.size(); i++)
+        all.push_back(a[i] / b[i]);
+    return median(all);
+}
+
+struct Tracer {
+    const char* name;
+    std::unique_ptr<Scene> scene;
+    bool moves;
+    double built = 0;
+    std::vector<double> ns;
+};
+
+std::vector<Ray> camera_rays(size_t count, double side) {
+    const int width = int(std::sqrt(double(count)));
+    std::mt19937 g(2);
+    std::uniform_real_distribution<float> u(0, 1);
+    std::vector<Ray> rays;
+    for (int y = 0; y < width; y++)
+        for (int x = 0; x < width; x++)
+            rays.push_back({{0, 12, float(-0.3 * side)},
+                            normalize(Vec3f((float(x) / float(width) - 0.5f) * 1.4f,
+                                            -0.15f - 0.5f * float(y) / float(width), 1)),
+                            u(g)});
+    return rays;
+}
+
+struct Batch {
+    std::vector<RayPacket<8>> packets;
+    std::vector<HitPacket<8>> hits;
+
+    explicit Batch(const std::vector<Ray>& rays) {
+        for (size_t i = 0; i + 8 <= rays.size(); i += 8)
+            packets.push_back(packet<8>(&rays[i], 8));
+        hits.resize(packets.size());
+    }
+    // As transport hands rays over.
+    void trace(const Scene& scene) {
+        constexpr size_t Together = 32;
+        for (size_t i = 0; i < packets.size(); i += Together) {
+            const size_t n = std::min(Together, packets.size() - i);
+            scene.intersect<8>(std::span(packets).subspan(i, n), std::span(hits).subspan(i, n));
+        }
+    }
+    size_t found() const {
+        size_t n = 0;
+        for (const auto& h : hits)
+            n += size_t(__builtin_popcount(h.hit.bits()));
+        return n;
+    }
+    // From where those end, anywhere.
+    std::vector<Ray> bounces(const std::vector<Ray>& rays) const {
+        std::mt19937 g(3);
+        std::normal_distribution<float> u;
+        std::vector<Ray> out;
+        for (size_t i = 0; i < 8 * packets.size(); i++)
+            if (hits[i / 8].hit[int(i % 8)])
+                out.push_back({rays[i].o + rays[i].d * (hits[i / 8].t[int(i % 8)] * 0.999f),
+                               normalize(Vec3f(u(g), u(g), u(g))), rays[i].time});
+        return out;
+    }
+};
+
+Settings settings_of(int argc, char** argv) {
+    Settings s;
+    for (int i = 1; i < argc; i++) {
+        const auto value = [&](const char* name) {
+            const size_t n = std::strlen(name);
+            return std::strncmp(argv[i], name, n) == 0 ? argv[i] + n : nullptr;
+        };
+        if (const char* v = value("--instances="))
+            s.instances = size_t(std::atol(v));
+        else if (const char* v = value("--rays="))
+            s.rays = size_t(std::atol(v));
+        else if (const char* v = value("--rounds="))
+            s.rounds = std::max(1, std::atoi(v));
+        else if (const char* v = value("--turn="))
+            s.turn = std::atof(v);
+        else if (const char* v = value("--travel="))
+            s.travel = std::atof(v);
+    }
+    return s;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    const Settings settings = settings_of(argc, argv);
+    const oneapi::tbb::global_control two(oneapi::tbb::global_control::max_allowed_parallelism, 2);
+    const Forest forest(settings);
+    Shapes shapes;
+    add_ball(shapes);
+    Tracer all[] = {{"pages, still", nullptr, false},
+                    {"pages, moving", nullptr, true},
+                    {"Embree, still", nullptr, false},
+                    {"Embree, moving", nullptr, true}};
+    for (Tracer& t : all) {
+        std::vector<GroupDesc> groups(2);
+        groups[0].shapes.push_back({0, int(shapes.store.shapes().size())});
+        if (t.moves)
+            groups[1].instances.push_back({0, {}, forest.paths});
+        else
+            groups[1].instances.push_back({0, forest.still});
+        const double start = seconds(CLOCK_MONOTONIC);
+        t.scene = std::make_unique<Scene>(
+            shapes.store, groups, Scene::Build{.pages_from = t.name[0] == 'p' ? uint64_t(0) : AllInEmbree});
+        t.built = seconds(CLOCK_MONOTONIC) - start;
+        std::printf("%-15s %6.1f bytes an instance, built in %.2f s\n", t.name,
+                    double(t.scene->bytes()) / double(settings.instances), t.built);
+    }
+    std::vector<Ray> rays = camera_rays(settings.rays, std::sqrt(double(settings.instances)) * 2.5);
+    for (const char* name : {"camera", "bounce 1", "bounce 2", "bounce 2, at once"}) {
+        if (std::strstr(name, "at once"))
+            for (Ray& r : rays)
+                r.time = 0;
+        Batch batch(rays);
+        size_t found[4];
+        for (int round = 0; round < settings.rounds; round++)
+            for (int k = 3; k >= 0; k--) {
+                const double start = seconds(CLOCK_THREAD_CPUTIME_ID);
+                batch.trace(*all[k].scene);
+                if (round == 0)
+                    all[k].ns.clear();
+                all[k].ns.push_back((seconds(CLOCK_THREAD_CPUTIME_ID) - start) * 1e9 / double(rays.size()));
+                found[k] = batch.found();
+            }
+        std::printf("%s, %zu rays\n", name, rays.size());
+        for (int k = 0; k < 4; k++)
+            std::printf("  %-15s %7.1f ns, %.2f of still ones, %zu hit\n", all[k].name, median(all[k].ns),
+                        ratio(all[k].ns, all[k & 2].ns), found[k]);
+        std::printf("  pages over Embree: still %.2f, moving %.2f\n", ratio(all[0].ns, all[2].ns),
+                    ratio(all[1].ns, all[3].ns));
+        batch.trace(*all[1].scene);
+        if (!std::strstr(name, "bounce 2"))
+            rays = batch.bounces(rays);
+    }
+}
