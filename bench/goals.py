@@ -36,6 +36,7 @@ def all_goals(results: Results) -> list[Goal]:
         agreement,
         micropolygons,
         dice,
+        rays,
         hair,
         networks,
         shaders,
@@ -97,6 +98,16 @@ def dice(results: Results) -> Iterator[Goal]:
                 rates = [rate / 1e6 for rate in run.get("rounds", {}).get("vertices_per_cpu_s", [])]
                 rate = intervals.of(rates) if rates else Interval(run["vertices_per_cpu_s"] / 1e6)
                 yield Goal(f"{run['case']}: dicing, a thread", "≥ 4 M vertices/s", times(rate, " M/s"), rate.above(4))
+
+
+def rays(results: Results) -> Iterator[Goal]:
+    for kind, f in results.of("rays"):
+        number = sum(f["rays"].values())
+        leaks = sum(f["leaks"].values()) + sum(f["leaks_of_any"].values())
+        yield Goal(f"{kind}: {number:,} rays from inside", "no leak", f"{leaks} leaks", yes(leaks == 0))
+        wrong = f["embree_right"] + f["neither"]
+        measured = f"{f['differ']:,} differ, wrong in {wrong}"
+        yield Goal(f"{kind}: the same hits as Embree, or the right ones", "all", measured, yes(wrong == 0))
 
 
 def hair(results: Results) -> Iterator[Goal]:

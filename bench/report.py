@@ -37,6 +37,12 @@ HEADINGS = {
         "Pages of src/hierarchy beside Embree on the same vertices; camera rays go to Embree in packets of eight.",
     ),
     "instances": ("A million instances", ""),
+    "rays": (
+        "A thousand million rays",
+        "From inside of closed surfaces: a third goes anywhere, a third to vertices, a third to points of edges. A "
+        "leak hits nothing, by a search for the closest hit or for any. Where the two tracers differ by more than "
+        "rounding of a distance, all triangles in doubles say who is right; both: within the rounding of edges.",
+    ),
     "rib": ("Reading RIB", ""),
     "hair": ("Hair", ""),
     "delayed": ("Delayed archives", ""),

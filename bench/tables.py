@@ -136,6 +136,20 @@ def instances(results: Results) -> str:
     return table(["", "pages", "Embree, robust", ""], rows)
 
 
+def rays(results: Results) -> str:
+    rows = []
+    for kind, f in results.of("rays"):
+        number, leaks, of_any, theirs = (
+            f"{sum(f[key].values()):,}" for key in ("rays", "leaks", "leaks_of_any", "embree_leaks")
+        )
+        judged = [f"{f[key]:,}" for key in ("differ", "ours_right", "embree_right", "tie", "neither")]
+        rows.append(
+            [kind, f"{f['surfaces']}, {f['triangles'] / 1e6:.1f} M", number, f"{leaks}, {of_any}", theirs, *judged]
+        )
+    heads = ["", "surfaces, triangles", "rays", "leaks: closest, any", "Embree's leaks", "differ"]
+    return table([*heads, "pages right", "Embree right", "both", "neither"], rows)
+
+
 def rib(results: Results) -> str:
     rows = [
         [
@@ -340,6 +354,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         hierarchy,
         hierarchy_bytes,
         instances,
+        rays,
         rib,
         hair,
         delayed,
