@@ -45,6 +45,7 @@ def all_goals(results: Results) -> list[Goal]:
         tolerance,
         wavelengths,
         store,
+        flight,
         oracle,
         budgets,
         kills,
@@ -181,6 +182,16 @@ def wavelengths(results: Results) -> Iterator[Goal]:
     for scene, w in results.of("wavelengths"):
         cost = intervals.of_ratio(w["rounds"]["four_s"], w["rounds"]["three_s"])
         yield Goal(f"{scene}: four wavelengths over three colours", "≤ 1.35×", times(cost), cost.below(1.35))
+
+
+def flight(results: Results) -> Iterator[Goal]:
+    for way, found in results.of("flight"):
+        for name in ("alone", "shot"):
+            f = found[name]
+            ratio, error = f["ratio"], 2 * f["ratio_error"]
+            variance = Interval(ratio, ratio - error, ratio + error)
+            where = f"a flight, {way}, {name}: variance in time, over a fine reference's"
+            yield Goal(where, "≤ 1.2×", times(variance), variance.below(1.2))
 
 
 def oracle(results: Results) -> Iterator[Goal]:

@@ -11,6 +11,7 @@ import compiler
 import delayed
 import dicing
 import edits
+import flight
 import hair
 import hierarchy
 import ingest
@@ -90,6 +91,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     made += [
         Part("isles", scene, about(isles.measure, scene), 300, scene in ("motu", "nested")) for scene in isles.SCENES
     ]
+    made += [Part("flight", way, about(flight.measure, way), 600, way == "whole") for way in flight.WAYS]
     made += [Part("oracle", "", oracles.measure, 60), Part("budgets", "", budgets.measure, 240)]
     made += [Part("kills", "", kills.measure, 300)]
     made += [Part("ingest", scene, about(ingest.measure, scene), 60) for scene in ingest.SCENES]

@@ -312,6 +312,20 @@ def stages(results: Results) -> str:
     return table(["", "dice", "shade", "BVH", "transport", "first pixel", "all", "rays a second", "peak memory"], rows)
 
 
+def flight(results: Results) -> str:
+    rows = []
+    for way, found in results.of("flight"):
+        for name in ("alone", "shot"):
+            f = found[name]
+            again = sum(sum(frame.values()) for frame in f["again"][1:])
+            ratio = f"{f['ratio']:.4f}× ± {f['ratio_error']:.4f}"
+            jump = f"{100 * f['jump']:.2f} % ({100 * f['jump_noise']:.2f} %)"
+            cells = [ratio, f"{f['ratio_99']:.3f}×", f"{100 * f['difference']:.3f} %", jump, f"{again}"]
+            rows.append([f"{way}, {found['frames']} frames", name, *cells])
+    heads = ["", "diced", "variance, over the reference's", "99 % of blocks", "of the difference", "jump (noise's)"]
+    return table([*heads, "primitives diced again"], rows)
+
+
 def isles(results: Results) -> str:
     rows = []
     for name, f in results.of("isles"):
@@ -370,6 +384,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         edits,
         shots,
         store,
+        flight,
         oracle,
         budgets,
         kills,
