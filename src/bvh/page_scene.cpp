@@ -15,12 +15,20 @@ constexpr size_t ShapesATask = 64;
 bool is_mesh(const store::ShapeRecord& s) {
     return s.flags & store::ShapeRecord::Mesh;
 }
+// Its vertices stand where those of grids do: a mesh that trim curves cut out of some meets the others.
+bool stands_with_grids(const store::ShapeRecord& s) {
+    return !is_mesh(s) || s.flags & store::ShapeRecord::OfGrids;
+}
 const float* positions_of(const store::Store& store, const store::ShapeRecord& s) {
     return store.floats(s) + s.positions;
 }
 hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s) {
-    return {positions_of(store, s), size_t(s.mu), store.words(s) + s.indices, size_t(s.mv),
-            s.flags & store::ShapeRecord::Quads ? 4 : 3};
+    return {positions_of(store, s),
+            size_t(s.mu),
+            store.words(s) + s.indices,
+            size_t(s.mv),
+            s.flags & store::ShapeRecord::Quads ? 4 : 3,
+            stands_with_grids(s)};
 }
 
 // Leaves of 4x4 cells would be mostly empty: eight triangles of any make better ones.
@@ -151,23 +159,26 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
 // One lattice for all, and as many pages as they need.
 void PageScene::build_owns(store::Store& store, size_t g, const std::vector<int>& shapes) {
     std::vector<hierarchy::GridView> voters; // those whose cells are a mesh, too
-    std::vector<hierarchy::MeshView> polygons;
+    std::vector<hierarchy::MeshView> polygons, cut;
     for (const int shape : shapes) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
         if (is_mesh(s))
-            polygons.push_back(mesh_view(store, s));
+            (stands_with_grids(s) ? cut : polygons).push_back(mesh_view(store, s));
         else
             voters.push_back(grid_view(store, s));
     }
-    const hierarchy::Lattice grid_lattice = hierarchy::votes_of({voters, {}}).lattice(),
+    if (!voters.empty())
+        cut.clear(); // whole cells say more about what they need than slivers
+    const hierarchy::Lattice grid_lattice = hierarchy::votes_of({voters, cut}).lattice(),
                              mesh_lattice = hierarchy::votes_of({{}, polygons, true}).lattice();
     // What is shaded and what lights are sampled on is what is hit.
     tasks::parallel_chunks(shapes.size(), ShapesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
-            const bool mesh = is_mesh(store.shapes()[size_t(shapes[i])]);
-            store.move_vertices(shapes[i], [&lattice = mesh ? mesh_lattice : grid_lattice](const Vec3f& p) {
-                return hierarchy::is_somewhere(p) ? lattice.snap(p) : p;
-            });
+            const bool with_grids = stands_with_grids(store.shapes()[size_t(shapes[i])]);
+            store.move_vertices(shapes[i],
+                                [&lattice = with_grids ? grid_lattice : mesh_lattice](const Vec3f& p) {
+                                    return hierarchy::is_somewhere(p) ? lattice.snap(p) : p;
+                                });
         }
     });
     for (size_t begin = 0, end; begin < shapes.size(); begin = end) {

@@ -117,6 +117,7 @@ struct TracedMesh {
     // Closed around, but one layer of its material: what lets light through does so once (see
     // LayeringProgram::is_layer).
     bool around = false;
+    bool of_grids = false; // cut out of grids: it shares vertices with those beside it
 };
 
 } // namespace kanuka::grid

@@ -83,7 +83,7 @@ void merge_trimmed(std::span<const TrimmedPart> parts, std::span<const Slot> slo
             mesh.indices.push_back(uint32_t(vertices) + i);
         vertices += p.mesh->vertices.size();
     }
-    mesh.vertices_per_face = 3;
+    mesh.vertices_per_face = 3, mesh.of_grids = true;
     g.allocate(int(vertices) - 1, 0);
     g.flips = parts[0].grid->flips;
     g.later.resize(parts[0].grid->later.size());

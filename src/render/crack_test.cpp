@@ -18,3 +18,14 @@ TEST(Cracks, NoRayLeavesAClosedSurface) {
         EXPECT_LT(leaks[2], Rays / 16 / 50) << scene.kind << ", seed " << seed;
     }
 }
+
+// Cut triangles and the grids beside them stand on one lattice.
+TEST(Cracks, NoRayLeavesATrimmedSurfaceInPages) {
+    constexpr uint64_t Rays = 1 << 15;
+    for (uint32_t seed = 0; seed < 8; seed++) {
+        const CrackScene scene = CrackScene::trimmed(seed);
+        EXPECT_TRUE(scene.silent()) << "seed " << seed;
+        const auto leaks = scene.leaks(Rays, seed);
+        EXPECT_EQ(leaks[0] + leaks[1] + leaks[2], 0u) << "seed " << seed;
+    }
+}

@@ -17,30 +17,11 @@ namespace kanuka::render::testing {
 
 class CrackScene {
   public:
-    explicit CrackScene(uint32_t seed) {
-        const dice::test::ClosedShape shape(seed);
-        kind = shape.kind;
-        const dice::Diced diced = shape.diced(m_journal);
-        // Traced as a picture's geometry is.
-        grid::LayeringProgram program;
-        program.nodes.resize(1);
-        grid::VertexInputs inputs;
-        std::vector<store::ShadedGrid> shaded;
-        if (diced.is_mesh)
-            shaded.push_back({&diced.mesh_vertices, nullptr, &diced.mesh, &inputs});
-        for (size_t i = 0; i < diced.grids.size(); i++) {
-            shaded.push_back({&diced.grids[i], &diced.traced[i], nullptr, &inputs});
-            add_seams(diced.traced[i]);
-        }
-        uint64_t bad = 0;
-        m_store.add_page(store::encode(shaded, program, bad), program, -1);
-        m_groups.resize(1);
-        m_groups[0].shapes.push_back({0, int(m_store.shapes().size())});
-        m_scene =
-            std::make_unique<bvh::Scene>(m_store, m_groups, bvh::Scene::Build{.compact = seed / 32 % 2 == 1});
-        open_edges = diced.is_mesh ? 0 : dice::test::traced_edges(diced).open();
-        for (const grid::TracedGrid& t : diced.traced)
-            micropolygons += size_t(t.mu) * size_t(t.mv);
+    explicit CrackScene(uint32_t seed) : CrackScene(seed, {dice::test::ClosedShape(seed)}, ~uint64_t(0)) {}
+    // A window, and what is cut out of it, in pages of our own.
+    static CrackScene trimmed(uint32_t seed) {
+        using dice::test::ClosedShape;
+        return CrackScene(seed, {ClosedShape::trimmed(seed, false), ClosedShape::trimmed(seed, true)}, 0);
     }
 
     std::string kind;
@@ -90,6 +71,45 @@ class CrackScene {
     }
 
   private:
+    CrackScene(uint32_t seed, const std::vector<dice::test::ClosedShape>& shapes, uint64_t pages_from) {
+        for (const dice::test::ClosedShape& shape : shapes)
+            add(shape);
+        m_groups.resize(1);
+        m_groups[0].shapes.push_back({0, int(m_store.shapes().size())});
+        m_scene = std::make_unique<bvh::Scene>(
+            m_store, m_groups, bvh::Scene::Build{.compact = seed / 32 % 2 == 1, .pages_from = pages_from});
+    }
+    // Traced as a picture's geometry is.
+    void add(const dice::test::ClosedShape& shape) {
+        kind = shape.kind;
+        const dice::Diced diced = shape.diced(m_journal);
+        grid::LayeringProgram program;
+        program.nodes.resize(1);
+        grid::VertexInputs inputs;
+        std::vector<store::ShadedGrid> shaded;
+        if (diced.is_mesh)
+            shaded.push_back({&diced.mesh_vertices, nullptr, &diced.mesh, &inputs});
+        std::vector<grid::TrimmedPart> parts;
+        for (size_t i = 0; i < diced.grids.size(); i++) {
+            if (diced.trimmed.empty() || diced.trimmed[i].indices.empty())
+                shaded.push_back({&diced.grids[i], &diced.traced[i], nullptr, &inputs});
+            else
+                parts.push_back({&diced.grids[i], &inputs, &diced.trimmed[i]});
+            add_seams(diced.traced[i]);
+        }
+        grid::Grid cut;
+        grid::VertexInputs cut_inputs;
+        grid::TracedMesh cut_mesh;
+        if (!parts.empty()) {
+            grid::merge_trimmed(parts, {}, cut, cut_inputs, cut_mesh);
+            shaded.push_back({&cut, nullptr, &cut_mesh, &cut_inputs});
+        }
+        uint64_t bad = 0;
+        m_store.add_page(store::encode(shaded, program, bad), program, -1);
+        open_edges += diced.is_mesh || !parts.empty() ? 0 : dice::test::traced_edges(diced).open();
+        for (const grid::TracedGrid& t : diced.traced)
+            micropolygons += size_t(t.mu) * size_t(t.mv);
+    }
     void add_seam(const Vec3f& a, const Vec3f& b) {
         if (!(a == b)) // vertices moved onto each other
             m_seams.push_back({a, b});

@@ -40,7 +40,8 @@ struct ShapeRecord {
         Fibre = 128,     // a mesh of round segments: an index each, positions are xyz and the radius
         Layer = 256,     // rays that come from the inside do not meet it
         Rounded = 512,   // its facets stand for a curved surface, which its normals tell of
-        Tinted = 1024    // not all colours are stopped alike: LayeringProgram::opacity
+        Tinted = 1024,   // not all colours are stopped alike: LayeringProgram::opacity
+        OfGrids = 2048   // a mesh that is cut out of grids: its vertices are theirs
     };
     int32_t flags;
     int32_t program;    // index into Store::programs
