@@ -1,6 +1,6 @@
 """A flight through a forest: does anything pop that is diced otherwise in one frame than in the next?
 
-48 frames of scenes/forest, each diced for its own camera, and all for one shot (docs/sessions.md, "Shots"), beside a
+Frames of scenes/forest, each diced for its own camera, and all for one shot (docs/sessions.md, "Shots"), beside a
 reference that is diced once, four times as finely. A pixel's second difference in time, f[t-1] - 2 f[t] + f[t+1], is
 what the camera's motion leaves and what pops. All have the same two seeds; the product of two seeds' differences is on
 the mean the square of what there is without noise.
@@ -17,7 +17,6 @@ from settings import ROOT, Found, Say, Settings
 
 sys.path.append(str(ROOT / "scenes"))
 
-FRAMES = 48
 SEEDS = (1, 2)
 BLOCK = 8
 TREES, RESOLUTION, SAMPLES = 2_000, (80, 48), 32  # samples of each seed
@@ -25,16 +24,17 @@ BOUNCES = 1  # light from the sun and the sky alone: noise of what they light wo
 QUICK_FRAMES, QUICK_TREES, QUICK_SAMPLES = 5, 60, 4
 FINER = 0.25  # times the shading rate: micropolygons half as long
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-WAYS: dict[str, Callable[[int], float]] = {
-    "whole": lambda t: 1 + t,  # 92 m, 2 m a frame
-    "slow": lambda t: 1 + t / 4,  # the first quarter of it, where trees are near and exemplars change most often
+WAYS: dict[str, tuple[int, Callable[[int], float]]] = {
+    "whole": (48, lambda t: 1 + t),  # 92 m, 2 m a frame
+    "slow": (24, lambda t: 1 + t / 4),  # the beginning, where trees are near and exemplars change most often
 }
 
 
-def shot_of(way: str, frames: int) -> list[object]:
+def shot_of(way: str, quick: bool) -> list[object]:
     from forest import woods
 
-    return [woods.camera(WAYS[way](t)) for t in range(frames)]
+    frames, place = WAYS[way]
+    return [woods.camera(place(t)) for t in range(QUICK_FRAMES if quick else frames)]
 
 
 def film(settings: Settings, cameras: list[object], together: bool, rate: float) -> tuple[np.ndarray, list[Found]]:
@@ -101,7 +101,7 @@ def compared(film: np.ndarray, reference: np.ndarray) -> Found:
 
 def measure(settings: Settings, way: str, say: Say) -> Found:
     """For run.py."""
-    cameras = shot_of(way, QUICK_FRAMES if settings.quick else FRAMES)
+    cameras = shot_of(way, settings.quick)
     reference, _ = film(settings, cameras, True, FINER)
     found: Found = {"frames": len(cameras), "samples": len(SEEDS) * (QUICK_SAMPLES if settings.quick else SAMPLES)}
     for name, together in (("alone", False), ("shot", True)):

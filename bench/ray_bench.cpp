@@ -245,6 +245,10 @@ class Tested {
         }
         const bool we = std::isfinite(ours) && exact.allow(ours),
                    they = std::isfinite(theirs) && exact.allow(theirs);
+        if (!we) // to look at
+            std::fprintf(stderr, "wrong: from %a %a %a along %a %a %a: %a, Embree %a\n", double(ray.o.x),
+                         double(ray.o.y), double(ray.o.z), double(ray.d.x), double(ray.d.y), double(ray.d.z),
+                         ours, theirs);
         counts.differ++;
         (we ? they ? counts.tie : counts.ours_right : they ? counts.embree_right : counts.neither)++;
     }

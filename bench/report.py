@@ -67,7 +67,7 @@ HEADINGS = {
     ),
     "flight": (
         "A flight through a forest",
-        "48 frames, each diced for its own camera (alone), and all for one shot. Variance: of pixels' second "
+        "Frames, each diced for its own camera (alone), and all for one shot. Variance: of pixels' second "
         "differences in time, over that of a reference that is diced once and four times as finely; noise is taken out "
         "by a second seed. Jump: the most that the mean of 8 × 8 pixels changes by from one frame to the next and the "
         "reference's does not, of the mean of the picture.",
