@@ -84,7 +84,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
         Part("hierarchy", scene, about(hierarchy.measure, scene), 30, scene == "mesh") for scene in hierarchy.SCENES
     ]
     made += [Part("instances", "", hierarchy.instances, 60)]
-    made += [Part("rays", kind, about(rays.measure, kind), 150) for kind in rays.KINDS]
+    made += [Part("rays", kind, about(rays.measure, kind), 350) for kind in rays.KINDS]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
     made += [Part("edits", "", edits.measure, 60)]
     made += [Part("shots", scene, about(shots.measure, scene), 60, scene == "wood") for scene in shots.SCENES]
