@@ -18,9 +18,6 @@ namespace {
 bool is_still(const GroupDesc::Instances& in) {
     return in.paths.empty() && !in.bounds_solid;
 }
-size_t count_of(const GroupDesc::Instances& in) {
-    return in.paths.empty() ? in.places.size() : in.paths.size();
-}
 
 // The matrix of one of them, as it is.
 void append(std::vector<float>& matrices, const Places& places, size_t i) {
@@ -60,7 +57,7 @@ uint64_t merge_copies(GroupDesc& group, std::vector<std::vector<float>>& room) {
     uint64_t merged = 0;
     size_t all = 0;
     for (const auto& in : group.instances)
-        all += count_of(in);
+        all += in.size();
     if (all > MostCompared)
         return 0;
     std::unordered_set<Placement, Hash> seen;
@@ -225,10 +222,10 @@ class Bounding {
                     level.bounds.extend(b);
         for (auto& in : group.instances)
             if (m_levels[size_t(in.group)].depth + 1 > MaxDepth) {
-                out.too_deep += count_of(in);
+                out.too_deep += in.size();
                 in.places = {}, in.paths = {};
             }
-        std::erase_if(group.instances, [](const auto& in) { return count_of(in) == 0; });
+        std::erase_if(group.instances, [](const auto& in) { return in.size() == 0; });
         for (const auto& in : group.instances)
             level.depth = std::max(level.depth, m_levels[size_t(in.group)].depth + 1);
         const Spots spots = spots_of(group);
@@ -255,15 +252,15 @@ class Bounding {
     Spots spots_of(const GroupDesc& group) const {
         size_t all = 0;
         for (const auto& in : group.instances)
-            all += count_of(in);
+            all += in.size();
         const size_t step = std::max<size_t>(1, (all + Spots::Most - 1) / Spots::Most);
         Spots spots;
         size_t next = 0; // in the current list
         for (const auto& in : group.instances) {
-            for (; next < count_of(in); next += step)
+            for (; next < in.size(); next += step)
                 if (const Bounds3f box = box_of(in, next, box_of_group(in)); !box.empty())
                     spots.add(box);
-            next -= count_of(in);
+            next -= in.size();
         }
         return spots;
     }
@@ -275,9 +272,9 @@ class Bounding {
             Sums sums{};
             Bounds3f bounds;
         };
-        std::vector<Part> parts((count_of(in) + Chunk - 1) / Chunk);
+        std::vector<Part> parts((in.size() + Chunk - 1) / Chunk);
         const double each = entered_by(in);
-        tasks::parallel_chunks(count_of(in), Chunk, [&](size_t begin, size_t end) {
+        tasks::parallel_chunks(in.size(), Chunk, [&](size_t begin, size_t end) {
             Part& part = parts[begin / Chunk];
             for (size_t i = begin; i < end; i++) {
                 const Bounds3f box = box_of(in, i, box_of_group(in));
@@ -300,7 +297,7 @@ class Bounding {
         for (auto& in : group.instances) {
             const double each = entered_by(in);
             std::vector<size_t> kept;
-            for (size_t i = 0; i < count_of(in); i++) {
+            for (size_t i = 0; i < in.size(); i++) {
                 const Bounds3f box = box_of(in, i, box_of_group(in));
                 bool fits = true;
                 spots.overlapping(box, [&](int k, double share) {
@@ -313,15 +310,15 @@ class Bounding {
                 bounds.extend(box);
                 kept.push_back(i);
             }
-            left_out += count_of(in) - kept.size();
+            left_out += in.size() - kept.size();
             keep(in, kept);
         }
-        std::erase_if(group.instances, [](const auto& in) { return count_of(in) == 0; });
+        std::erase_if(group.instances, [](const auto& in) { return in.size() == 0; });
         return left_out;
     }
 
     void keep(GroupDesc::Instances& in, const std::vector<size_t>& kept) {
-        if (kept.size() == count_of(in))
+        if (kept.size() == in.size())
             return;
         if (!in.paths.empty()) { // they lie elsewhere: the first ones
             size_t run = 0;
@@ -352,7 +349,7 @@ bool may_go_beyond(std::span<const GroupDesc> groups, double most) {
     bool beyond = false;
     for (size_t g = 0; g < groups.size(); g++) {
         for (const auto& in : groups[g].instances) {
-            entered[g] += double(count_of(in)) * (1 + entered[size_t(in.group)]);
+            entered[g] += double(in.size()) * (1 + entered[size_t(in.group)]);
             depth[g] = std::max(depth[g], 1 + depth[size_t(in.group)]);
         }
         beyond = beyond || entered[g] > most || depth[g] > MaxDepth;

@@ -157,6 +157,10 @@ class Pictures : public ::testing::Test {
         Journal journal;
         return ingest::read_rib(KANUKA_SOURCE_DIR "/scenes/" + file, {}, journal);
     }
+    static scene::Scene read_text(const std::string& text, const std::string& name) {
+        Journal journal;
+        return ingest::parse_rib(text, name, {}, journal);
+    }
     static void expect_same(const film::Picture& a, const film::Picture& b) {
         ASSERT_EQ(a.channels.size(), b.channels.size());
         for (size_t c = 0; c < a.channels.size(); c++)
@@ -195,12 +199,47 @@ TEST_F(Pictures, AreTheSameForAnyWindowOfTheStore) {
         }
 }
 
-// Small scenes, all of whose still groups lie in pages of our own hierarchy: the same bits for any lanes and
+// Things that move as a whole, one by one and as instances, some of which turn in what turns.
+constexpr const char* Moving = R"(
+Shutter 0 1
+Projection "perspective" "fov" 40
+Translate 0 0 6
+WorldBegin
+LightSource "ambientlight" 1 "intensity" 0.3
+LightSource "distantlight" 2 "from" [-3 6 -5] "to" [0 0 0] "intensity" 0.8
+Surface "matte"
+Polygon "P" [-9 -1.5 -4  9 -1.5 -4  9 -1.5 9  -9 -1.5 9]
+ObjectBegin 1
+  Color [0.8 0.4 0.2]
+  Sphere 0.5 -0.5 0.5 360
+  Translate 0.7 0 0
+  Scale 0.5 0.2 0.6
+  Sphere 0.5 -0.5 0.5 360
+ObjectEnd
+AttributeBegin
+  MotionBegin [0 1] Translate -1.5 0.5 0 Translate -0.5 0.9 0 MotionEnd
+  MotionBegin [0 0.5 1] Rotate 0 0 0 1 Rotate 100 0 1 1 Rotate 220 0 1 1 MotionEnd
+  ObjectInstance 1
+AttributeEnd
+AttributeBegin
+  Translate 1.5 -0.6 0
+  MotionBegin [0 1] Scale 1 1 1 Scale 1.6 1 -1 MotionEnd
+  ObjectInstance 1
+AttributeEnd
+AttributeBegin
+  Color [0.3 0.5 0.8]
+  MotionBegin [0 1] Translate -1 -0.9 0 Translate 0.4 -0.7 -1 MotionEnd
+  Torus 0.4 0.15 0 360 360
+AttributeEnd
+WorldEnd
+)";
+
+// Small scenes, all of whose groups lie in pages of our own hierarchy: the same bits for any lanes and
 // threads. Embree's picture has the same random numbers and other roundings: paths that part from it cancel
 // out, pixel by pixel they are few.
 TEST_F(Pictures, OfPagesHaveTheSameBitsAndShowWhatEmbreesShow) {
-    for (const char* file : {"shapes.rib", "solids.rib", "listings.rib", "volumes.rib"}) {
-        const scene::Scene scene = read(file);
+    for (const std::string file : {"shapes.rib", "solids.rib", "listings.rib", "volumes.rib", "moving"}) {
+        const scene::Scene scene = file == "moving" ? read_text(Moving, file) : read(file);
         Overrides o = overrides();
         Journal journal;
         Stats stats;
