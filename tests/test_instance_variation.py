@@ -260,7 +260,8 @@ def test_roughness_is_added() -> None:
     close(smooth, kanuka.render(glossy(0), progressions=4), 1e-3)
 
 
-def test_the_innermost_instance_that_says_any_counts() -> None:
+@pytest.mark.parametrize("memory", [None, "1G"])  # Embree's, and pages of our own
+def test_the_innermost_instance_that_says_any_counts(memory: str | None) -> None:
     def scene_of(inner: object, outer: object) -> kanuka.Scene:
         scene = stage()
         ball, pair = scene.add_group("ball"), scene.add_group("pair")
@@ -271,7 +272,7 @@ def test_the_innermost_instance_that_says_any_counts() -> None:
 
     red, blue = (0.8, 0.1, 0.1), (0.1, 0.1, 0.8)
     shown = {
-        (inner, outer): kanuka.render(scene_of(inner, outer), progressions=2)
+        (inner, outer): kanuka.render(scene_of(inner, outer), progressions=2, memory=memory)
         for inner, outer in ((red, None), (None, red), (red, blue), (None, None))
     }
     assert same(shown[red, None], shown[None, red])
@@ -427,3 +428,68 @@ def test_a_unique_instance_that_moves_is_refused() -> None:
     group.add_sphere(0.8)
     with pytest.raises(ValueError, match="unique: what moves as an instance stays one"):
         scene.add_instances(group, np.stack([row(1), row(1) + 0.1]), unique=True)
+
+
+# ---- USD ------------------------------------------------------------------------------------------------------------
+
+PROTOTYPE = """
+def Material "paint" {
+    token outputs:surface.connect = </paint/s.outputs:surface>
+    def Shader "s" {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (0.9, 0.9, 0.9)
+        float inputs:roughness.connect = </paint/r.outputs:result>
+        token outputs:surface
+    }
+    def Shader "r" {
+        uniform token info:id = "UsdPrimvarReader_float"
+        string inputs:varname = "variant"
+        float outputs:result
+    }
+}
+"""
+BALL = """
+class Sphere "ball" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    double radius = 0.45
+    int primvars:kanuka:variants = 2
+    rel material:binding = </paint>
+}
+"""
+POINTS = """
+def PointInstancer "pi" {
+    rel prototypes = </ball>
+    int[] protoIndices = [0, 0, 0]
+    point3f[] positions = [(-0.6, 0, 0), (9, 9, 9), (0.6, 0, 0)]
+    int64[] ids = [4, 5, 6]
+    int64[] invisibleIds = [5]
+    DIFFERENCES
+}
+"""
+BY_INSTANCE = """
+    color3f[] primvars:kanuka:tint = [(1, 0.1, 0.1), (1, 1, 1), (0.1, 0.1, 1)] (interpolation = "varying")
+    float[] primvars:kanuka:variant = [0, 1, 1] (interpolation = "varying")
+"""
+
+
+def test_usd_says_it_by_primvars(tmp_path: Path) -> None:
+    from test_usd_convert import both
+    from usd_stages import CAMERA, SUN, stage
+
+    at = tmp_path / "a"
+    at.mkdir()
+    path = stage(at, CAMERA, SUN, PROTOTYPE, BALL, POINTS.replace("DIFFERENCES", BY_INSTANCE))
+    shown, rib, told = both(path)
+    assert told == []
+    assert np.abs(shown - rib).max(-1).mean() < 5e-3
+    covered = shown[..., 3] > 0.9
+    left, right = (shown[:, part][covered[:, part]][:, :3].mean(0) for part in (slice(0, 12), slice(12, 24)))
+    assert left[0] > 3 * left[2]
+    assert right[2] > 3 * right[0]
+
+
+def test_usd_tells_of_lists_of_another_length(tmp_path: Path) -> None:
+    from usd_stages import CAMERA, SUN, read, stage
+
+    wrong = "color3f[] primvars:kanuka:tint = [(1, 0, 0), (0, 1, 0)]"
+    _, told = read(stage(tmp_path, CAMERA, SUN, PROTOTYPE, BALL, POINTS.replace("DIFFERENCES", wrong)))
+    assert any("primvars:kanuka:tint: expected a colour, or one for each of 3 instances" in text for text in told)

@@ -1,6 +1,7 @@
-"""Makes docs/images/isles/: the island from three places, six frames of the flight through the forest, 10^16 leaves.
+"""Makes docs/images/isles/: the island from three places, six frames of the flight through the forest, one
+of autumn, 10^16 leaves.
 
-    python tools/make_isle_pictures.py [shore beach dunes forest nested] [--samples 64] [--width 1024] [--scale 0.01]
+    python tools/make_isle_pictures.py [shore beach dunes forest autumn nested] [--samples 64] [--width 1024] [--scale 0.01]
         [--trees 100000]
 
 JPEG by Pillow, each below 400 kB.
@@ -63,6 +64,14 @@ def island(camera: str, given: argparse.Namespace) -> np.ndarray:
     return shown(kanuka.render(made, progressions=given.samples, threads=given.threads))
 
 
+def autumn(given: argparse.Namespace) -> np.ndarray:
+    made = kanuka.Scene()
+    woods.build(sinks.Live(made), given.trees, autumn=True)
+    woods.staged(made, 24)
+    made.resolution = size_of(given.width)
+    return shown(kanuka.render(made, progressions=given.samples, threads=given.threads))
+
+
 def flight(given: argparse.Namespace) -> np.ndarray:
     made = kanuka.Scene()
     woods.build(sinks.Live(made), given.trees)
@@ -83,7 +92,7 @@ def flight(given: argparse.Namespace) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    names = [*CAMERAS, "forest", "nested"]
+    names = [*CAMERAS, "forest", "autumn", "nested"]
     parser.add_argument("pictures", nargs="*", default=names)
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--width", type=int, default=1024, help="of a picture, or of two frames")
@@ -98,6 +107,8 @@ def main() -> None:
             write(f"{name}.jpg", island(name, given))
         elif name == "forest":
             write("forest.jpg", flight(given))
+        elif name == "autumn":
+            write("autumn.jpg", autumn(given))
         else:
             size = size_of(given.width)
             picture = kanuka.render(nested.scene(), progressions=given.samples, threads=given.threads, resolution=size)
