@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -23,7 +24,7 @@ surface banded(uniform float variant = 0; uniform float bands = 0; uniform float
     if (bands > 0)
         shown = mix(body, color(0.7, 0.7, 0.7), mod(floor(t * bands), 2));
     if (holes > 0)
-        Oi = variant < 0.5 ? 1 : 0.5;
+        Oi = variant < 0.5 ? 0.9 : 0.5;
     normal Nf = faceforward(normalize(N), I);
     Ci = Oi * (shown * diffuse(Nf) + gloss * specular(Nf, -normalize(I), 0.2));
 }
@@ -160,6 +161,72 @@ def test_the_shader_runs_once_for_each_variant_whatever_there_are_of_instances()
     assert many.stats["count"]["shader_evaluations"] == pytest.approx(3 * shaded, rel=0.3)
 
 
+def test_what_shows_no_variants_is_shaded_once() -> None:
+    def evaluations(material: object, instanced: bool, **more: object) -> int:
+        scene = stage()
+        group = scene.add_group("thing") if instanced else scene
+        sphere(group, material, more)
+        if instanced:
+            scene.add_instances(group, row(2), variant=[0, 2])
+        return kanuka.render(scene, progressions=1).stats["count"]["shader_evaluations"]
+
+    once = evaluations(banded(bands=3), False)
+    assert evaluations(banded(bands=3), False, variants=8) == once  # in the world
+    rock = kanuka.Material("plastic", color=(0.5, 0.4, 0.3))
+    assert evaluations(rock, True, variants=8) == evaluations(rock, True)  # it does not ask which it is
+
+
+def test_lobes_with_a_direction_have_variants_too(tmp_path: Path) -> None:
+    """Tables of programs that need dPdu are one entry longer."""
+    (tmp_path / "brushed.sl").write_text(
+        """class brushed(uniform float variant = 0;)
+{
+    public void mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)
+    {
+        MnkMaterialBoundary boundary = CreateBoundary(material);
+        AddLobe(boundary, "metal", MicrofacetConductorBrdf());
+    }
+    public void mnk_prelighting(output MnkMaterialBoundary boundary)
+    {
+        color c = variant > 0.5 ? color(0.9, 0.2, 0.1) * (0.5 + 0.5 * s) : color(0.2, 0.3, 0.9);
+        SetLobe(boundary, "metal", 1, MicrofacetConductorBrdf("reflectance", c, "roughness", 0.3 + 0.2 * variant,
+                                                              "anisotropy", 0.7, "rotation", 0.2 * variant));
+    }
+}
+"""
+    )
+
+    def picture(variant: float, shown: bool) -> kanuka.Picture:
+        scene = stage()
+        scene.options.shader_path = [str(tmp_path)]
+        group = scene.add_group("thing")
+        shader = kanuka.Shader("brushed") if shown else kanuka.Shader("brushed", variant=variant)
+        group.add_sphere(0.8, material=shader, **({"variants": 2} if shown else {}))
+        scene.add_instances(group, row(1), **({"variant": variant} if shown else {}))
+        return kanuka.render(scene, progressions=4)
+
+    for variant in (0, 1):
+        assert same(picture(variant, True), picture(variant, False))
+
+
+def test_a_session_sees_what_changes() -> None:
+    scene = varied(sphere, [0, 1, 2], bands=3)
+    session = kanuka.Session(scene, progressions=2)
+    session.advance()
+    before = session.picture()
+    assert same(before, kanuka.render(varied(sphere, [0, 1, 2], bands=3), progressions=2))
+    group = scene.add_group("more")
+    group.add_sphere(0.3, material="matte")
+    scene.add_instances(group, row(2), tint=(0.9, 0.1, 0.1))
+    session.update()
+    session.advance()
+    assert same(session.picture(), kanuka.render(scene, progressions=2))
+    scene.options.color_space = "rec2020"  # tints and colours mean something else
+    session.update()
+    session.advance()
+    assert same(session.picture(), kanuka.render(scene, progressions=2))
+
+
 def test_lanes_and_threads_find_the_same_bits() -> None:
     scene = varied(sphere, [0.3, 1, 1.6], bands=5, gloss=0.3)
     one = kanuka.render(scene, progressions=4, lanes=1, threads=1)
@@ -168,11 +235,13 @@ def test_lanes_and_threads_find_the_same_bits() -> None:
 
 
 def test_presence_is_that_of_the_first() -> None:
-    """The tracer, which knows no variants, decides by it what is there."""
-    first, other = (kanuka.render(varied(sphere, [v], holes=1), progressions=2)["Z"] for v in (0, 1))
-    apart_from_it = kanuka.render(apart(sphere, [1], holes=1), progressions=2)["Z"]
-    assert np.array_equal(first, other, equal_nan=True)
-    assert not np.array_equal(first, apart_from_it, equal_nan=True)
+    """The tracer, which knows no variants, decides by it what is there. Colours are each variant's own."""
+    first, other = (kanuka.render(varied(sphere, [v], holes=1), progressions=2) for v in (0, 1))
+    apart_from_it = kanuka.render(apart(sphere, [1], holes=1), progressions=2)
+    assert np.array_equal(first["Z"], other["Z"], equal_nan=True)
+    assert not np.array_equal(first["Z"], apart_from_it["Z"], equal_nan=True)
+    assert np.asarray(other["rgb"])[14:18, 46:50, 1].mean() > 2 * np.asarray(first["rgb"])[14:18, 46:50, 1].mean()
+    assert not any("other layers" in str(m) for m in other.journal)
 
 
 def test_a_store_has_them_all(tmp_path: Path) -> None:
@@ -301,41 +370,6 @@ def test_own_pages_and_moving_instances_have_them_too() -> None:
     assert np.abs(picture - np.asarray(still["rgb"], np.float64)).mean() < 0.01
 
 
-# ---- from files ------------------------------------------------------------------------------------------------------
-
-
-def test_rib_says_it_by_attributes(tmp_path: Path) -> None:
-    rib = """Attribute "identifier" "name" "x"
-ObjectBegin "ball"
-Attribute "instance" "int variants" [3]
-Surface "banded" "float bands" [5]
-Sphere 0.8 -0.8 0.8 360
-ObjectEnd
-"""
-    variants, tints = [0.5, 2, 1], [(1, 1, 1), (0.5, 0.6, 0.7), (1, 1, 1)]
-    for place, variant, tint in zip(row(3), variants, tints, strict=True):
-        matrix = np.vstack([place, [0, 0, 0, 1]]).T.reshape(-1)
-        rib += f'AttributeBegin\nAttribute "instance" "float variant" [{variant}]\n'
-        if tint != (1, 1, 1):
-            rib += f'Attribute "instance" "color tint" [{" ".join(map(str, tint))}]\n'
-        rib += f'ConcatTransform [{" ".join(map(str, matrix))}]\nObjectInstance "ball"\nAttributeEnd\n'
-    (tmp_path / "balls.rib").write_text(f"WorldBegin\n{rib}WorldEnd\n")
-    read = kanuka.load(tmp_path / "balls.rib")
-    assert read.summary()["groups"] == 1  # what they differ by makes no groups
-    scene = stage()
-    read.options.shader_path = scene.options.shader_path
-    read.resolution, read.camera = scene.resolution, scene.camera
-    read.add_light("environment", amount=1)
-    other = kanuka.Scene()
-    other.options.shader_path = scene.options.shader_path
-    other.resolution, other.camera = scene.resolution, scene.camera
-    group = other.add_group("ball")
-    group.add_sphere(0.8, material=banded(bands=5), variants=3)
-    other.add_instances(group, row(3), variant=variants, tint=tints)
-    other.add_light("environment", amount=1)
-    close(kanuka.render(read, progressions=4), kanuka.render(other, progressions=4))
-
-
 # ---- errors ----------------------------------------------------------------------------------------------------------
 
 
@@ -343,153 +377,20 @@ ObjectEnd
     ("given", "text"),
     [
         ({"variant": [0, 1]}, "variant: expected a number, or that for each of 3 instances"),
-        ({"tint": [0.5, 0.5]}, "tint: expected three numbers"),
-        ({"tint": [(-1, 0, 0)] * 3}, "tint: expected numbers from 0 on"),
-        ({"variant": [float("nan")] * 3}, "variant: expected numbers from 0 on"),
-        ({"roughness": -2}, "roughness: expected numbers from -1 on"),
+        ({"tint": [0.5, 0.5]}, "tint: expected shape (3,) or (N, 3); got (2,)"),
+        ({"tint": [(0.5, 0.5)] * 3}, "tint: expected shape (3,) or (N, 3); got (3, 2)"),
+        ({"variant": [[0, 1, 2]]}, "variant: expected shape () or (N,); got (1, 3)"),
+        ({"tint": [(1, 1, 1)] * 2}, "tint: expected three numbers, or that for each of 3 instances; got 6 numbers"),
+        ({"tint": [(-1, 0, 0)] * 3}, "tint: expected numbers from 0 to a million"),
+        ({"variant": [float("nan")] * 3}, "variant: expected numbers from 0 to a million"),
+        ({"roughness": -2}, "roughness: expected numbers from -1 to a million"),
     ],
 )
 def test_what_does_not_fit_is_refused(given: dict, text: str) -> None:
     scene = stage()
     group = scene.add_group("thing")
     group.add_sphere(0.8)
-    with pytest.raises(ValueError, match=text.replace("(", r"\(")):
+    with pytest.raises(ValueError, match=re.escape(text)):
         scene.add_instances(group, row(3), **given)
     with pytest.raises(ValueError, match="variants: expected 1 to 64"):
         group.add_sphere(1, variants=0)
-
-
-# ---- things of their own ---------------------------------------------------------------------------------------------
-
-
-FLOODED = """surface flooded(float level = 0; uniform float variant = 0;) {
-    point Q = transform("world", P);
-    Oi = 1;
-    Ci = (ycomp(Q) > level ? color(0.8 - 0.2 * variant, 0.5, 0.3) : color(0.1, 0.1, 0.3)) * diffuse(normalize(N));
-}
-"""
-
-
-def flooded(unique: bool, apart: bool, **more: object) -> kanuka.Scene:
-    """Balls at three heights, some in pairs on a stand."""
-    scene = stage()
-    places = row(3).copy()
-    places[:, 1, 3] = -0.4, 0, 0.5
-    inner = np.stack([moved(-0.3, 0.1, 0, 0.5), moved(0.4, -0.2, 0, 0.4)]).astype(np.float32)
-    material = kanuka.Material("flooded")
-    if apart:
-        for i, place in enumerate(places):
-            whole = np.vstack([place, [0, 0, 0, 1]])
-            scene.add_sphere(0.6, material=material, transform=whole)
-            ball = scene.add_group(f"small {i}")
-            ball.add_sphere(0.9, material="matte")
-            scene.add_instances(ball, np.stack([(whole @ np.vstack([m, [0, 0, 0, 1]]))[:3] for m in inner]))
-        return scene
-    ball, group = scene.add_group("small"), scene.add_group("thing")
-    ball.add_sphere(0.9, material="matte")
-    group.add_sphere(0.6, material=material)
-    group.add_instances(ball, inner)
-    scene.add_instances(group, places, unique=unique, **more)
-    return scene
-
-
-@pytest.fixture
-def water(tmp_path: Path) -> None:
-    (Path(SHADERS[0]) / "flooded.sl").write_text(FLOODED)
-
-
-def test_unique_instances_are_shaded_where_they_stand(water: None) -> None:
-    unique = kanuka.render(flooded(True, False), progressions=4)
-    assert same(unique, kanuka.render(flooded(True, False), progressions=4, threads=1))
-    expected = kanuka.render(flooded(False, True), progressions=4)
-    difference = np.abs(np.asarray(unique["rgb"], np.float64) - np.asarray(expected["rgb"], np.float64))
-    assert difference.mean() < 1e-3  # small ones are diced for all of their places, or for those of a group
-    shared = kanuka.render(flooded(False, False), progressions=4)
-    assert np.abs(np.asarray(unique["rgb"]) - np.asarray(shared["rgb"])).max() > 0.1
-    told = " ".join(map(str, shared.journal))
-    assert "its shader asks where in the world it is" in told
-    assert "its shader asks" not in " ".join(map(str, unique.journal))
-
-
-def test_unique_instances_may_differ_besides(water: None) -> None:
-    plain = kanuka.render(flooded(True, False), progressions=4)
-    grey = kanuka.render(flooded(True, False, tint=[(1, 1, 1), (0.2, 0.2, 0.2), (1, 1, 1)]), progressions=4)
-    a, b = np.asarray(plain["rgb"], np.float64), np.asarray(grey["rgb"], np.float64)
-    assert np.abs(a - b)[:, 36:60].mean() > 10 * np.abs(a - b)[:, :28].mean()
-    shifted = kanuka.render(flooded(True, False, variant=[0, 0, 2.5]), progressions=4)
-    c = np.asarray(shifted["rgb"], np.float64)
-    assert np.abs(a - c)[:, 64:].max() > 0.1
-    assert np.abs(a - c)[:, :30].max() < 0.1
-
-
-def test_a_unique_instance_that_moves_is_refused() -> None:
-    scene = stage()
-    group = scene.add_group("thing")
-    group.add_sphere(0.8)
-    with pytest.raises(ValueError, match="unique: what moves as an instance stays one"):
-        scene.add_instances(group, np.stack([row(1), row(1) + 0.1]), unique=True)
-
-
-# ---- USD ------------------------------------------------------------------------------------------------------------
-
-PROTOTYPE = """
-def Material "paint" {
-    token outputs:surface.connect = </paint/s.outputs:surface>
-    def Shader "s" {
-        uniform token info:id = "UsdPreviewSurface"
-        color3f inputs:diffuseColor = (0.9, 0.9, 0.9)
-        float inputs:roughness.connect = </paint/r.outputs:result>
-        token outputs:surface
-    }
-    def Shader "r" {
-        uniform token info:id = "UsdPrimvarReader_float"
-        string inputs:varname = "variant"
-        float outputs:result
-    }
-}
-"""
-BALL = """
-class Sphere "ball" (prepend apiSchemas = ["MaterialBindingAPI"]) {
-    double radius = 0.45
-    int primvars:kanuka:variants = 2
-    rel material:binding = </paint>
-}
-"""
-POINTS = """
-def PointInstancer "pi" {
-    rel prototypes = </ball>
-    int[] protoIndices = [0, 0, 0]
-    point3f[] positions = [(-0.6, 0, 0), (9, 9, 9), (0.6, 0, 0)]
-    int64[] ids = [4, 5, 6]
-    int64[] invisibleIds = [5]
-    DIFFERENCES
-}
-"""
-BY_INSTANCE = """
-    color3f[] primvars:kanuka:tint = [(1, 0.1, 0.1), (1, 1, 1), (0.1, 0.1, 1)] (interpolation = "varying")
-    float[] primvars:kanuka:variant = [0, 1, 1] (interpolation = "varying")
-"""
-
-
-def test_usd_says_it_by_primvars(tmp_path: Path) -> None:
-    from test_usd_convert import both
-    from usd_stages import CAMERA, SUN, stage
-
-    at = tmp_path / "a"
-    at.mkdir()
-    path = stage(at, CAMERA, SUN, PROTOTYPE, BALL, POINTS.replace("DIFFERENCES", BY_INSTANCE))
-    shown, rib, told = both(path)
-    assert told == []
-    assert np.abs(shown - rib).max(-1).mean() < 5e-3
-    covered = shown[..., 3] > 0.9
-    left, right = (shown[:, part][covered[:, part]][:, :3].mean(0) for part in (slice(0, 12), slice(12, 24)))
-    assert left[0] > 3 * left[2]
-    assert right[2] > 3 * right[0]
-
-
-def test_usd_tells_of_lists_of_another_length(tmp_path: Path) -> None:
-    from usd_stages import CAMERA, SUN, read, stage
-
-    wrong = "color3f[] primvars:kanuka:tint = [(1, 0, 0), (0, 1, 0)]"
-    _, told = read(stage(tmp_path, CAMERA, SUN, PROTOTYPE, BALL, POINTS.replace("DIFFERENCES", wrong)))
-    assert any("primvars:kanuka:tint: expected a colour, or one for each of 3 instances" in text for text in told)

@@ -303,6 +303,24 @@ def test_the_flight_is_steady_and_meets_no_tree() -> None:
             woods.camera(frame)
 
 
+def test_in_autumn_trees_differ_and_leaves_are_shaded_five_times() -> None:
+    pictures, shaded = [], []
+    for autumn in (False, True):
+        made = kanuka.Scene()
+        woods.build(sinks.Live(made), 300, autumn=autumn)
+        woods.staged(made, 24)
+        made.resolution = 72, 30
+        picture = kanuka.render(made, progressions=8)
+        assert picture.journal.error_count == 0
+        pictures.append(np.asarray(picture["rgb"], np.float64))
+        shaded.append(picture.stats["count"]["shader_evaluations"])
+    green, turned = pictures
+    red = [(p[..., 0] > 1.3 * p[..., 1]).mean() for p in pictures]
+    assert red[1] > red[0] + 0.05
+    assert turned.mean() == pytest.approx(green.mean(), rel=0.5)
+    assert shaded[1] < 1.5 * shaded[0]  # ground, bark and needles are what they were
+
+
 def test_two_frames_of_the_flight() -> None:
     made = kanuka.Scene()
     woods.build(sinks.Live(made), 1000)

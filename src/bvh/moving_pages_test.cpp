@@ -1,5 +1,8 @@
 // Instances that move in pages of our own: beside the same ones in Embree, and beside their triangles in
 // doubles.
+#include <map>
+#include <set>
+
 #include <gtest/gtest.h>
 
 #include "bvh/page_scene.h"
@@ -75,6 +78,9 @@ struct Nested {
         groups[3].shapes.push_back({3, 1});
         groups[3].instances.push_back({2, matrices_of_two});
         groups[3].instances.push_back({0, {}, beside});
+        groups[1].instances[0].variations = {0, 11, 12};
+        groups[3].instances[0].variations = {31, 32};
+        groups[3].instances[1].variations = {0, 41, 42, 43, 44, 45, 46, 47};
     }
     static std::vector<float> rows(const std::vector<Transform>& all) {
         std::vector<float> f;
@@ -139,6 +145,7 @@ int differ(const std::vector<Hit>& a, const std::vector<Hit>& b, int& found) {
         EXPECT_EQ(a[i].world_from_shape, b[i].world_from_shape) << i; // to the bit
         EXPECT_TRUE(is_near(a[i].magnitude, b[i].magnitude, 1e-3f)) << i;
         EXPECT_EQ(a[i].slot_shift, b[i].slot_shift) << i;
+        EXPECT_EQ(a[i].variation, b[i].variation) << i;
     }
     return differ;
 }
@@ -176,6 +183,25 @@ TEST(MovingPages, FindWhatEmbreeFinds) {
         EXPECT_LE(shadows, 8);
         expect_same(eight, intersect<1>(pages, rays));
         expect_same(eight, intersect<16>(pages, rays));
+    }
+}
+
+// Of the innermost instance that has one, here and in Embree.
+TEST(MovingPages, VariationsAreThoseOfTheInnermost) {
+    Nested nested;
+    const Scene pages(nested.shapes.store, nested.groups, {.pages_from = 0});
+    const Scene embree(nested.shapes.store, nested.groups, {.pages_from = AllInEmbree});
+    const auto rays = timed_rays(8000, 5, 22);
+    for (const Scene* scene : {&pages, &embree}) {
+        std::map<int, std::set<int>> by_shape;
+        for (const Hit& h : intersect<8>(*scene, rays))
+            if (h.hit)
+                by_shape[h.shape].insert(h.variation);
+        EXPECT_EQ(by_shape[3], std::set<int>({0})); // the world's own
+        // Group 1 says nothing of its own shapes: what is around it does.
+        EXPECT_EQ(by_shape[1], std::set<int>({31, 32}));
+        // Shape 0 in group 1: its own, or 0, which is what is around; in group 2 what is around; beside.
+        EXPECT_EQ(by_shape[0], std::set<int>({0, 11, 12, 31, 32, 41, 42, 43, 44, 45, 46, 47}));
     }
 }
 

@@ -231,6 +231,7 @@ struct Hit {
     std::array<float, 12> world_from_shape;
     float magnitude = 0;
     int slot_shift = 0;
+    int variation = 0;
 };
 
 template <int W>
@@ -267,7 +268,8 @@ std::vector<Hit> intersect(const Scene& scene, const std::vector<Ray>& rays, int
                     h.instanced[k] != 0,
                     {},
                     h.magnitude[k],
-                    h.slot_shift[k]};
+                    h.slot_shift[k],
+                    h.variation[k]};
             for (size_t m = 0; m < 12; m++)
                 one.world_from_shape[m] = h.world_from_shape[m][k];
             out.push_back(one);

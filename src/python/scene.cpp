@@ -29,11 +29,21 @@ struct Differences {
 };
 
 scene::Variation variation(const Differences& given) {
-    const auto values = [](nb::handle value, const char* name) {
-        return value.is_none() ? scene::Buffer<float>() : float_array(value, name).buffer;
+    const auto values = [](nb::handle value, const char* name, size_t components) {
+        if (value.is_none())
+            return scene::Buffer<float>();
+        const FloatArray array = float_array(value, name);
+        const size_t more = components > 1 ? 1 : 0; // the last dimension
+        if (array.shape.size() > 1 + more ||
+            (more && (array.shape.empty() || array.shape.back() != components)))
+            throw nb::value_error((std::string(name) + ": expected shape " +
+                                   (more ? "(3,) or (N, 3)" : "() or (N,)") + "; got " +
+                                   shape_text(array.shape))
+                                      .c_str());
+        return array.buffer;
     };
-    return {values(given.variant, "variant"), values(given.tint, "tint"),
-            values(given.roughness, "roughness")};
+    return {values(given.variant, "variant", 1), values(given.tint, "tint", 3),
+            values(given.roughness, "roughness", 1)};
 }
 
 scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times,

@@ -25,13 +25,23 @@ Transform place_of(const scene::Group::Instances& in, size_t i) {
     return t;
 }
 
+scene::Variation one_of(const scene::Variation& all, size_t i) {
+    const auto one = [i](const scene::Buffer<float>& of, size_t components) {
+        if (of.size() <= components)
+            return of;
+        const float* first = of.data() + components * i;
+        return scene::Buffer<float>(std::vector<float>(first, first + components));
+    };
+    return {one(all.variant, 1), one(all.tint, 3), one(all.roughness, 1)};
+}
+
 size_t count_unique(const scene::Scene& scene, size_t first) {
     return count_in(scene, first, scene.instances);
 }
 
 std::vector<scene::Primitive> DeInstancer::copies(const scene::Group& group,
                                                   const Transform& world_from_group,
-                                                  const scene::Group::Instances& in, size_t i) {
+                                                  const scene::Variation& own) {
     std::map<const scene::Attributes*, std::shared_ptr<const scene::Attributes>> placed;
     std::vector<scene::Primitive> made = group.primitives;
     for (scene::Primitive& p : made) {
@@ -43,22 +53,21 @@ std::vector<scene::Primitive> DeInstancer::copies(const scene::Group& group,
                 key.transform = world_from_group * key.transform;
             p.motion = std::move(motion);
         }
-        if (!in.variation.variant.empty()) {
+        if (!own.variant.empty() || (p.attributes && p.attributes->variants > 1)) {
             scene::Value variant{
                 .name = "variant", .type = scene::Type::Float, .detail = scene::Detail::Constant};
-            variant.floats =
-                std::vector<float>{in.variation.variant[in.variation.variant.size() == 1 ? 0 : i]};
+            variant.floats = std::vector<float>{own.variant.empty() ? 0.0f : own.variant[0]};
             p.primvars.set(std::move(variant));
         }
         if (!p.attributes)
             continue;
         std::shared_ptr<const scene::Attributes>& here = placed[p.attributes.get()];
         if (!here) {
-            auto own = std::make_shared<scene::Attributes>(*p.attributes);
-            scene::place_shaders(world_from_group, *own);
-            own->atmosphere = p.attributes->atmosphere; // air stays in the world
-            own->variants = 1;
-            here = std::move(own);
+            auto there = std::make_shared<scene::Attributes>(*p.attributes);
+            scene::place_shaders(world_from_group, *there);
+            there->atmosphere = p.attributes->atmosphere; // air stays in the world
+            there->variants = 1;
+            here = std::move(there);
             m_declared[here] = p.attributes;
         }
         p.attributes = here;

@@ -14,6 +14,8 @@ inline bool are_unique(const scene::Group::Instances& in) {
     return in.unique && !in.moves();
 }
 Transform place_of(const scene::Group::Instances& in, size_t i);
+// What instance i differs by, of the list's values.
+scene::Variation one_of(const scene::Variation& all, size_t i);
 // How many primitives become of all that is unique in the world. `first`: number of the scene's first group.
 size_t count_unique(const scene::Scene& scene, size_t first);
 
@@ -21,10 +23,10 @@ size_t count_unique(const scene::Scene& scene, size_t first);
 // primitive (an oracle, why it was made) is not known of them.
 class DeInstancer {
   public:
-    // Instance i of `in`, whose group is `group`, at `world_from_group`. Shaders find its variant, whole or
-    // not, as the variable of that name.
+    // At `world_from_group`. Shaders find the variant of `own`, whole or not, as the variable of that name.
     std::vector<scene::Primitive> copies(const scene::Group& group, const Transform& world_from_group,
-                                         const scene::Group::Instances& in, size_t i);
+                                         const scene::Variation& own);
+    void forget() { m_declared.clear(); } // what copies were made of, once they are prepared
     // Those that a copy's were made of; of all others, themselves. For what is known by address.
     const scene::Attributes* declared(const scene::Attributes* attributes) const;
 

@@ -104,7 +104,7 @@ class GeometryBuilder {
         add_instances(scene.instances, m_request.render_from_world, world, true);
         for (const auto& in : scene.instances)
             if (is_taken_apart(in))
-                add_unique(in, Transform(), world);
+                add_unique(in, Transform(), {}, world);
         m_preparer.share_wall_time(std::chrono::duration<double>(Clock::now() - start).count());
     }
 
@@ -135,7 +135,7 @@ class GeometryBuilder {
                 if (m_request.made_again && is_declared && prepared[i].material) // not cancelled
                     m_request.made_again->note(primitives[begin + i], std::move(prepared[i].inputs),
                                                prepared[i].reasons);
-                if (instanced && prepared[i].asks_world)
+                if (instanced && instanced->stands_in_many && prepared[i].asks_world)
                     tell_of_world(primitives[begin + i]);
                 keep(prepared[i]);
                 if (!prepared[i].empty)
@@ -311,54 +311,70 @@ class GeometryBuilder {
     }
 
     // In the world, whose group's own instances are placed one by one: they lie in this place alone.
+    // `around`: what they differ by that say nothing themselves.
     void add_unique(const scene::Group::Instances& in, const Transform& world_from_parent,
-                    bvh::GroupDesc& world) {
+                    const scene::Variation& around, bvh::GroupDesc& world) {
+        constexpr size_t Run = 256;
         m_key(in.variation);
         const scene::Group& group = m_request.scene.groups[size_t(in.group) - m_first_group];
-        const bool is_apart =
-            !group.solids.empty() || !in.variation.tint.empty() || !in.variation.roughness.empty();
-        const std::vector<int32_t> rows =
-            is_apart ? m_variations.rows_of(in.variation, in.count()) : std::vector<int32_t>();
         std::vector<scene::Primitive> together;
+        const auto add_together = [&](size_t least) {
+            if (together.size() < least)
+                return;
+            add_primitives(together, {}, m_request.render_from_world, nullptr, world);
+            together.clear();
+            m_de_instancer.forget();
+        };
         for (size_t i = 0; i < in.count() && !m_request.progress.cancelled(); i++) {
             const Transform place = world_from_parent * place_of(in, i);
-            std::vector<scene::Primitive> copies = m_de_instancer.copies(group, place, in, i);
-            if (is_apart) {
-                bvh::GroupDesc own;
-                add_primitives(copies, group.solids, m_request.render_from_world, nullptr, own);
-                m_out->transforms.push_back({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
-                world.instances.push_back(
-                    {.group = int(m_out->groups.size()), .places = m_out->transforms.back()});
-                if (!rows.empty())
-                    world.instances.back().variations = {rows[i]};
-                m_out->groups.push_back(std::move(own));
-                m_out->instanced = true;
-            } else {
+            const scene::Variation own = in.variation.empty() ? around : one_of(in.variation, i);
+            std::vector<scene::Primitive> copies = m_de_instancer.copies(group, place, own);
+            if (!group.solids.empty() || !own.tint.empty() || !own.roughness.empty())
+                add_apart(copies, group.solids, own, world);
+            else
                 std::ranges::move(copies, std::back_inserter(together));
-            }
-            for (const scene::Group::Instances& inner : group.instances) {
+            add_together(Run);
+            for (const scene::Group::Instances& inner : group.instances)
                 if (is_taken_apart(inner))
-                    add_unique(inner, place, world);
+                    add_unique(inner, place, own, world);
                 else
-                    add_instances({placed(inner, place)}, m_request.render_from_world, world);
-            }
+                    add_instances({placed(inner, m_request.render_from_world * place, own)}, Transform(),
+                                  world);
         }
-        add_primitives(together, {}, m_request.render_from_world, nullptr, world);
+        add_together(1);
         m_request.stats.count.instances += in.count();
     }
 
-    // Instances of a group that has one place.
+    // A group of their own, which stands in the world as it is.
+    void add_apart(const std::vector<scene::Primitive>& copies, const std::vector<scene::Solid>& solids,
+                   const scene::Variation& own, bvh::GroupDesc& world) {
+        if (copies.empty())
+            return;
+        bvh::GroupDesc desc;
+        add_primitives(copies, solids, m_request.render_from_world, nullptr, desc);
+        m_out->transforms.push_back({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+        world.instances.push_back({.group = int(m_out->groups.size()),
+                                   .places = m_out->transforms.back(),
+                                   .variations = m_variations.rows_of(own, 1)});
+        m_out->groups.push_back(std::move(desc));
+        m_out->instanced = true;
+    }
+
+    // Instances of a group that has one place. Sums are made in double, and rounded where they are small.
     static scene::Group::Instances placed(const scene::Group::Instances& in,
-                                          const Transform& world_from_group) {
+                                          const Transform& render_from_group,
+                                          const scene::Variation& around) {
         scene::Group::Instances out = in;
         std::vector<float> rows(in.transforms.size());
         for (size_t i = 0; 12 * i < rows.size(); i++) {
-            const Transform t = world_from_group * place_of(in, i);
+            const Transform t = render_from_group * place_of(in, i);
             for (size_t k = 0; k < 12; k++)
                 rows[12 * i + k] = float(t.m[k / 4][k % 4]);
         }
         out.transforms = std::move(rows);
         out.unique = false;
+        if (out.variation.empty())
+            out.variation = around;
         return out;
     }
 

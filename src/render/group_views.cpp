@@ -64,7 +64,7 @@ std::vector<Sphere> bound_groups(const scene::Scene& scene, size_t first) {
 
 struct Seen {
     std::vector<Transform> places; // render_from_group, while they are few
-    bool many = false;
+    bool many = false, moves = false;
     float pixels_per_unit = 0;
 };
 
@@ -105,6 +105,8 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
     const std::function<void(const scene::Group::Instances&, const Transform&, float)> place_all =
         [&](const scene::Group::Instances& in, const Transform& render_from_parent, float scale) {
             const bool apart = are_unique(in) && size_t(in.group) >= first;
+            if (size_t(in.group) >= first)
+                seen[size_t(in.group) - first].moves |= in.moves();
             each_transform(in, [&](const float* m) {
                 const Transform here = render_from_parent * from_rows(m);
                 if (!apart)
@@ -139,6 +141,7 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
         const Vec3f c = -views[g].center;
         const Transform built_from_group = Transform::translate(double(c.x), double(c.y), double(c.z));
         views[g].pixels_per_unit = seen[g].pixels_per_unit;
+        views[g].stands_in_many = !seen[g].moves && (seen[g].many || seen[g].places.size() > 1);
         if (seen[g].many)
             continue;
         for (const Transform& render_from_group : seen[g].places)

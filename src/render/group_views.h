@@ -18,6 +18,7 @@ struct GroupView {
     // What is modelled far from its origin has few digits for its shape. Its group is built around this point
     // instead, which the matrices of its instances take back; 0 where it makes no difference.
     Vec3f center{0, 0, 0};
+    bool stands_in_many = false; // still places
 };
 
 // One a group of the scene. `first`: number of the scene's first group, as instances count. Cameras are those

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <set>
 
 #include "base/error.h"
 #include "film/atomic_file.h"
+#include "render/de_instance.h"
 #include "scene/bounds.h"
 
 namespace kanuka::render {
@@ -200,6 +202,15 @@ OracleRecorder::OracleRecorder(const scene::Scene& scene, const Transform& rende
     m_spaces.push_back(std::make_unique<dice::Density>(dice::DiceTarget{}, options, 1.0f));
     for (const scene::Primitive& p : scene.primitives)
         add(p, render_from_world, 0);
+    std::set<int> unique;
+    const auto note_unique = [&](const std::vector<scene::Group::Instances>& all) {
+        for (const scene::Group::Instances& in : all)
+            if (are_unique(in))
+                unique.insert(in.group);
+    };
+    note_unique(scene.instances);
+    for (const scene::Group& group : scene.groups)
+        note_unique(group.instances);
     for (size_t g = 0; g < scene.groups.size(); g++) {
         dice::DiceTarget target;
         target.instead_from = views[g].cameras;
@@ -208,8 +219,10 @@ OracleRecorder::OracleRecorder(const scene::Scene& scene, const Transform& rende
         m_spaces.push_back(std::make_unique<dice::Density>(target, options, 1.0f));
         const Vec3f& c = views[g].center;
         const Transform built_from_group = Transform::translate(-double(c.x), -double(c.y), -double(c.z));
-        for (const scene::Primitive& p : scene.groups[g].primitives)
-            add(p, built_from_group, int(g) + 1);
+        // Copies of what is unique share its ids, and stand elsewhere.
+        if (!unique.contains(int(g)))
+            for (const scene::Primitive& p : scene.groups[g].primitives)
+                add(p, built_from_group, int(g) + 1);
     }
 }
 

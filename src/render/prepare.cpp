@@ -11,6 +11,7 @@
 #include "scene/bounds.h"
 #include "scene/counts.h"
 #include "scene/digest.h"
+#include "shade/variants.h"
 
 namespace kanuka::render {
 namespace {
@@ -31,6 +32,15 @@ void turn_inside_out(grid::Grid& g) {
     for (grid::Grid::Step& step : g.later)
         turn(step.N);
     g.flips = !g.flips;
+}
+
+// What is not instanced shows the first alone.
+scene::Primitive of_one_variant(const scene::Primitive& primitive) {
+    scene::Primitive one = shade::with_variant(primitive, 0);
+    auto attributes = std::make_shared<scene::Attributes>(*primitive.attributes);
+    attributes->variants = 1;
+    one.attributes = std::move(attributes);
+    return one;
 }
 
 // One value each, of what was shaded at one point.
@@ -91,7 +101,9 @@ void Preparer::make(const scene::Primitive& declared, const Transform& parent_fr
     scene::Primitive boundary;
     if (volume)
         boundary = boundary_of(rest, *volume);
-    const scene::Primitive& primitive = volume ? boundary : rest;
+    else if (!instanced && rest.attributes && rest.attributes->variants > 1)
+        boundary = of_one_variant(rest);
+    const scene::Primitive& primitive = volume || boundary.attributes ? boundary : rest;
     const Transform parent_from_object = parent_from_group * primitive.world_from_object;
     const auto start = Clock::now();
     std::vector<Transform> while_moving;
@@ -115,9 +127,7 @@ void Preparer::make(const scene::Primitive& declared, const Transform& parent_fr
         out.content = (out.inputs = inputs_of(declared, material, frame, target, inside_out)).content();
     if (!m_request.pages || !(take_kept(out) || take_stored(out))) {
         shade::SpacesRead read = dice_and_shade(declared, primitive, frame, target, inside_out, start, out);
-        out.asks_world = std::ranges::any_of(read.transforms, [](const auto& pair) {
-            return pair.first == "world" || pair.second == "world";
-        });
+        out.asks_world = asks_world(read);
         if (m_request.made_again) {
             out.reasons = m_request.made_again->reasons_for(declared, out.inputs, material, out.is_evicted);
             out.inputs.note_read(read, material);

@@ -74,6 +74,7 @@ class Preparer {
     PageInputs inputs_of(const scene::Primitive& declared, const shade::Material& material,
                          const PageFrame& frame, const dice::DiceTarget& target, bool inside_out);
     Digest key_of(const scene::Attributes* attributes);
+    static bool asks_world(const shade::SpacesRead& read);
     void refuse_more_than_fits() const;
     dice::DiceTarget target_of(const scene::Primitive& primitive, const shade::Material& material,
                                const PageFrame& frame, bool instanced,

@@ -1,5 +1,7 @@
 // Pages that need not be made: kept in memory by earlier makings, or on disk by earlier renders; and their
 // keys.
+#include <algorithm>
+
 #include "render/prepare.h"
 #include "scene/digest.h"
 
@@ -20,6 +22,11 @@ Preparer::Preparer(const GeometryRequest& request) : m_request(request) {
                                c.width, c.height, c.middle_x, c.middle_y, c.offscreen_falloff);
 }
 
+bool Preparer::asks_world(const shade::SpacesRead& read) {
+    return std::ranges::any_of(
+        read.transforms, [](const auto& pair) { return pair.first == "world" || pair.second == "world"; });
+}
+
 bool Preparer::take_kept(Prepared& out) {
     const shade::Material& material = *out.material;
     const std::optional<PageCache::Entry> known = m_request.pages->find(
@@ -32,6 +39,7 @@ bool Preparer::take_kept(Prepared& out) {
     out.key = digest_of(out.content, known->of_read);
     out.page = known->made->page;
     out.empty = known->made->empty;
+    out.asks_world = asks_world(known->read);
     m_request.stats.count.primitives_kept += 1;
     if (m_request.made_again)
         out.inputs.note_read(known->read, material);
@@ -111,6 +119,7 @@ bool Preparer::take_stored(Prepared& out) {
         out.page = std::move(page);
         out.empty = stored.empty;
         out.is_stored = true;
+        out.asks_world = asks_world(*read);
         m_request.stats.count.primitives_stored += 1;
         if (m_request.made_again)
             out.inputs.note_read(*read, *out.material);

@@ -130,7 +130,8 @@ Fault fault_of(const Variation& variation, size_t instances) {
                    ", or that for each of " + std::to_string(instances) + " instances; got " +
                    std::to_string(values.size()) + " numbers";
         if (std::ranges::any_of(values, [&](float x) { return !(x >= least && x < 1e6f); }))
-            return std::string(name) + ": expected numbers from " + std::to_string(int(least)) + " on";
+            return std::string(name) + ": expected numbers from " + std::to_string(int(least)) +
+                   " to a million";
     }
     return std::nullopt;
 }

@@ -79,6 +79,8 @@ scene::Primitive with_variant(const scene::Primitive& primitive, int variant) {
 std::shared_ptr<const Material> make_variants(const scene::Primitive& primitive,
                                               std::vector<std::shared_ptr<const Material>> materials,
                                               Journal& journal) {
+    if (std::ranges::all_of(materials, [&](const auto& each) { return each == materials[0]; }))
+        return materials[0]; // no shader asks which it is
     const std::string layers = materials[0]->program().key();
     size_t others = 0;
     for (std::shared_ptr<const Material>& variant : materials)

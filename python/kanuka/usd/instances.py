@@ -13,6 +13,7 @@ from .motion import Shutter, together
 from .stage import Say
 from .transforms import Transforms, columns
 
+MOST = 9e5  # of a difference
 STEP = 1 << 14  # matrices at a time, where there may be millions
 
 
@@ -27,12 +28,15 @@ def differences_of(prim: Usd.Prim, frame: Usd.TimeCode, count: int, say: Say) ->
         if not attribute or not attribute.HasAuthoredValue():
             continue
         values = UsdGeom.Primvar(attribute).ComputeFlattened(frame)
-        numbers = np.asarray(values if values is not None else [], dtype=np.float32).reshape(-1)
+        try:
+            numbers = np.asarray(values if values is not None else [], dtype=np.float32).reshape(-1)
+        except (TypeError, ValueError):  # of another type
+            numbers = np.empty(0, dtype=np.float32)
         if len(numbers) not in (width, width * count) or not np.isfinite(numbers).all():
             text = f"expected {'a number' if width == 1 else 'a colour'}, or one for each of {count} instances"
             say("warning", f"{prim.GetPath()}: primvars:kanuka:{name}: {text}. It has no effect")
             continue
-        found[name] = np.maximum(numbers.reshape(-1, width) if width > 1 else numbers, -1 if name == "roughness" else 0)
+        found[name] = np.clip(numbers, -1 if name == "roughness" else 0, MOST).reshape((-1, width) if width > 1 else -1)
     if prim.HasAttribute("primvars:kanuka:unique") and prim.GetAttribute("primvars:kanuka:unique").Get(frame):
         found["unique"] = True
     return found

@@ -151,7 +151,10 @@ class Reader:
                 self.instanced.add(self, each.lights())
 
     def add_instances(self, place: Place, each: Instances) -> None:
-        place.add_instances(each.held.group, each.matrices, **each.differences)
+        differences = dict(each.differences)
+        if each.matrices.ndim == 4 and len(each.matrices) > 1 and differences.pop("unique", False):
+            self.gathered.note("primvars:kanuka:unique: what moves stays instances", str(each.path or each.held.path))
+        place.add_instances(each.held.group, each.matrices, **differences)
         if each.held.normalized and (np.abs(np.linalg.det(each.matrices[..., :3]) - 1) > 1e-3).any():
             text = "normalize divides by the area of its mesh in the prototype, whose instances are scaled"
             self.gathered.note(text, each.held.normalized)

@@ -148,7 +148,7 @@ void InstanceLists::add(int group, const Transform& still, const std::vector<Tra
     std::vector<double> times;
     for (const TransformKey& k : moving)
         times.push_back(k.time);
-    List& list = lists[{group, times, difference.unique}];
+    List& list = lists[{group, times, difference.unique, difference.in_looks()}];
     if (moving.empty())
         append_3x4(list.matrices, still);
     for (const TransformKey& k : moving)
@@ -172,7 +172,7 @@ std::vector<scene::Group::Instances> InstanceLists::take(int& next_id) {
     std::vector<scene::Group::Instances> out;
     for (auto& [key, list] : lists) {
         scene::Group::Instances instances;
-        std::tie(instances.group, instances.times, instances.unique) = key;
+        std::tie(instances.group, instances.times, instances.unique, std::ignore) = key;
         instances.first_id = next_id;
         const size_t times = std::max<size_t>(instances.times.size(), 1), count = list.count;
         if (times > 1) { // all instances at the first time, then all at the second, …

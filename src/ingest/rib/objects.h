@@ -42,6 +42,7 @@ struct InstanceDifference {
     std::optional<float> variant, roughness;
     std::optional<Rgb> tint;
     bool unique = false;
+    bool in_looks() const { return variant || roughness || tint; }
 };
 
 // Matrices of instances by group and times (none = still), instance by instance, each at all of its times.
@@ -51,7 +52,9 @@ struct InstanceLists {
         size_t count = 0;
         std::vector<float> variant, tint, roughness; // up to the last that has one
     };
-    std::map<std::tuple<int, std::vector<double>, bool>, List> lists; // group, times, unique
+    // By group, times, whether they are unique, and whether they say any of that: others take what is around
+    // them.
+    std::map<std::tuple<int, std::vector<double>, bool, bool>, List> lists;
     void add(int group, const Transform& still, const std::vector<TransformKey>& moving,
              const InstanceDifference& difference);
     // Ids go on from `next_id`, which comes out behind the last.
