@@ -136,6 +136,7 @@ TEST(RibObjects, EveryAttributeMakesALook) {
           "Attribute \"shadow\" \"string excludesubset\" \"1\"",
           "Attribute \"kanuka\" \"int castsshadows\" 0",
           "Attribute \"kanuka\" \"int arealightbyintensity\" 1",
+          "Attribute \"instance\" \"int variants\" 2",
           "Attribute \"mine\" \"int one\" 1"}) {
         rows += attribute.starts_with("Attribute ");
         const Parsed r(world("LightSource \"pointlight\" 1\nObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd\n"
@@ -145,6 +146,33 @@ TEST(RibObjects, EveryAttributeMakesALook) {
     }
     // But for the name, level, which Detail says, and the one more that is the user's.
     EXPECT_EQ(rows, scene::attribute_parameters().size() - 2 + 1);
+}
+
+// Nor does what instances of one look differ by: those that say any of it are a list, the others one more.
+TEST(RibObjects, WhatInstancesDifferByMakesNoLook) {
+    const Parsed r(world("ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd\nObjectInstance 1\n"
+                         "Attribute \"instance\" \"float variant\" 2 ObjectInstance 1\n"
+                         "Attribute \"instance\" \"color tint\" [.5 .6 .7] \"float roughness\" -.1 "
+                         "ObjectInstance 1\n"
+                         "Attribute \"instance\" \"int unique\" 1 ObjectInstance 1"));
+    ASSERT_EQ(r.scene.groups.size(), 1u) << r.all_messages();
+    ASSERT_EQ(r.scene.instances.size(), 3u);
+    size_t plain = 0, unique = 0;
+    for (const scene::Group::Instances& in : r.scene.instances) {
+        plain += in.variation.empty() ? in.count() : 0;
+        unique += in.unique ? in.count() : 0;
+        if (in.variation.empty() || in.unique)
+            continue;
+        ASSERT_EQ(in.count(), 2u);
+        EXPECT_EQ(std::vector<float>(in.variation.variant.begin(), in.variation.variant.end()),
+                  (std::vector<float>{2, 2}));
+        EXPECT_EQ(std::vector<float>(in.variation.tint.begin(), in.variation.tint.end()),
+                  (std::vector<float>{1, 1, 1, .5f, .6f, .7f}));
+        EXPECT_EQ(std::vector<float>(in.variation.roughness.begin(), in.variation.roughness.end()),
+                  (std::vector<float>{0, -.1f}));
+    }
+    EXPECT_EQ(plain, 1u);
+    EXPECT_EQ(unique, 1u);
 }
 
 } // namespace kanuka::ingest::test
