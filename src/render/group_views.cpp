@@ -68,6 +68,14 @@ struct Seen {
     float pixels_per_unit = 0;
 };
 
+// As the shutter opens.
+std::vector<Vec3f> eyes_of(const dice::DicingCamera& camera) {
+    std::vector<Vec3f> eyes;
+    for (const Transform& c : camera.shot.empty() ? std::vector{camera.page_from_camera} : camera.shot)
+        eyes.push_back(c.point({0, 0, 0}));
+    return eyes;
+}
+
 } // namespace
 
 std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
@@ -78,9 +86,7 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
         cameras = camera.also_from;
         cameras.insert(cameras.begin(), camera.page_from_camera);
     }
-    std::vector<Vec3f> eyes; // as the shutter opens
-    for (const Transform& c : camera.shot.empty() ? std::vector{camera.page_from_camera} : camera.shot)
-        eyes.push_back(c.point({0, 0, 0}));
+    const std::vector<Vec3f> eyes = eyes_of(camera);
     std::vector<Seen> seen(scene.groups.size());
     const auto place = [&](int group, const Transform& render_from_group, float scale) {
         if (size_t(group) < first) // built before

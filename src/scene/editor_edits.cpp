@@ -350,6 +350,19 @@ Fault place(Primitive& p, Placement& placement) {
 
 } // namespace
 
+static Fault put(Places& places, Group::Instances& instances) {
+    if (const Fault fault = fault_of(places))
+        return fault;
+    const size_t count = places.transforms.size() / 12 / std::max<size_t>(places.times.size(), 1);
+    if (const Fault fault = fault_of(places.variation.value_or(instances.variation), count))
+        return fault;
+    if (places.variation)
+        instances.variation = std::move(*places.variation);
+    instances.transforms = std::move(places.transforms);
+    instances.times = std::move(places.times);
+    return std::nullopt;
+}
+
 Outcome Editor::replace(Replace edit) {
     const auto wrong = [&](const char* what, const char* of) {
         return Outcome{NodeId::None,
@@ -393,16 +406,8 @@ Outcome Editor::replace(Replace edit) {
         Group::Instances* const instances = at<Group::Instances>(edit.id);
         if (!instances)
             return wrong("places", "instances");
-        if (const Fault fault = fault_of(*places))
-            return refused(*fault);
-        const size_t count = places->transforms.size() / 12 / std::max<size_t>(places->times.size(), 1);
-        if (const Fault fault = fault_of(places->variation.value_or(instances->variation), count))
-            return refused(*fault);
-        if (places->variation)
-            instances->variation = std::move(*places->variation);
-        instances->transforms = std::move(places->transforms);
-        instances->times = std::move(places->times);
-        return done(Aspect::Placement);
+        const Fault fault = put(*places, *instances);
+        return fault ? refused(*fault) : done(Aspect::Placement);
     }
     if (!primitive)
         return wrong("shape or attributes", "primitives");
