@@ -101,6 +101,8 @@ class Case:
             out["area_light"] = r.choice([(1, 1, 1), self.floats(3), self.number(), "light", None])
         if r.random() < 0.2:
             out["shading_rate"] = r.choice([self.number(), 1, 1e-9])
+        if r.random() < 0.2:
+            out["variants"] = r.choice([1, 2, 3, 64, 65, 0, self.number()])
         if r.random() < 0.1:
             out["times"] = r.choice([[0, 1], [1, 0], self.floats(2)])
         if r.random() < 0.1:
@@ -175,10 +177,14 @@ class Case:
 
     def add_instances(self) -> None:
         if self.groups:
-            group = self.random.choice(self.groups)
-            self.owner().add_instances(
-                group, self.random.choice([self.floats(3, 3, 4), self.floats(2, 4, 4), self.floats(2, 3, 3, 4)])
-            )
+            r, more = self.random, {}
+            for name, each in (("variant", ()), ("tint", (3,)), ("roughness", ())):
+                if r.random() < 0.3:
+                    more[name] = self.floats(r.choice([2, 3]), *each) if r.random() < 0.7 else self.number()
+            if r.random() < 0.2:
+                more["unique"] = True
+            where = r.choice([self.floats(3, 3, 4), self.floats(2, 4, 4), self.floats(2, 3, 3, 4)])
+            self.owner().add_instances(r.choice(self.groups), where, **more)
 
     def add_light(self) -> None:
         r, more = self.random, {}
