@@ -18,22 +18,13 @@
 
 #include "hierarchy/queue.h"
 #include "hierarchy/test_oracle.h"
+#include "timing.h"
 
 using namespace kanuka;
 using namespace kanuka::hierarchy;
 using namespace kanuka::hierarchy::testing;
 
 namespace {
-
-double seconds(clockid_t clock) {
-    timespec t;
-    clock_gettime(clock, &t);
-    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
-double median(std::vector<double> v) {
-    std::nth_element(v.begin(), v.begin() + ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-}
 
 std::vector<Placement> forest(size_t count, uint32_t page) {
     Random random(1);

@@ -15,6 +15,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include "bvh/test_geometry.h"
+#include "timing.h"
 
 using namespace kanuka;
 using namespace kanuka::bvh;
@@ -27,16 +28,6 @@ struct Settings {
     int rounds = 7;
     double turn = 20, travel = 1;
 };
-
-double seconds(clockid_t clock) {
-    timespec t;
-    clock_gettime(clock, &t);
-    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
-double median(std::vector<double> v) {
-    std::nth_element(v.begin(), v.begin() + ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-}
 
 // A forest: things stand beside each other on a plane, about to overlap.
 struct Forest {

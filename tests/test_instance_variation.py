@@ -302,6 +302,28 @@ def test_a_tint_of_white_is_that_colour(tint: tuple) -> None:
     close(a, kanuka.render(painted(tint), progressions=4), 1e-3)  # white is a hundredth off in places: sigmoids
 
 
+def test_tints_in_a_white_furnace_are_what_is_seen() -> None:
+    """Closed forms: a white ball shows the tint; glass of index 1.5 reflects R = 0.04 at each side, and tints what
+    crosses one: R + (1 - R)² t² of two sides, with what is reflected inside and comes out again."""
+
+    def middle(material: object, tint: object, far: float = 0) -> np.ndarray:
+        scene = kanuka.Scene()
+        scene.resolution = 32, 32
+        scene.camera = kanuka.Camera((far, 0, 5), (far, 0, 0), fov=30)
+        group = scene.add_group("ball")
+        group.add_sphere(1, material=material)
+        scene.add_instances(group, moved(far)[None], tint=tint)
+        scene.add_light("environment", amount=1)
+        rgb = np.asarray(kanuka.render(scene, progressions=64)["rgb"], np.float64)
+        return rgb[14:18, 14:18].mean((0, 1))
+
+    white = kanuka.Material("matte", parameters={"float Kd": 1.0})
+    assert middle(white, (0.6, 0.3, 0.15)) == pytest.approx((0.6, 0.3, 0.15), rel=0.01)
+    assert middle(white, (0.5, 0.5, 0.5), far=1e5) == pytest.approx((0.5,) * 3, rel=0.01)
+    assert middle("glass", (1, 1, 1)) == pytest.approx((1.0,) * 3, rel=0.01)
+    assert middle("glass", (0.5, 0.5, 0.5)) == pytest.approx((0.04 + 0.96**2 * 0.25 * (1 + 0.04 * 0.04),) * 3, rel=0.05)
+
+
 def test_a_grey_tint_scales() -> None:
     a = kanuka.render(painted((0.6, 0.3, 0.2), tint=(0.5, 0.5, 0.5)), progressions=4, integrator="direct")
     half = kanuka.render(painted((0.6, 0.3, 0.2)), progressions=4, integrator="direct")

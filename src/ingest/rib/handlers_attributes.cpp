@@ -6,6 +6,7 @@
 #include "ingest/rib/dialects/attributes.h"
 #include "ingest/rib/handlers.h"
 #include "ingest/rib/view_bound.h"
+#include "scene/edit_checks.h"
 
 namespace kanuka::ingest::handlers {
 
@@ -253,6 +254,24 @@ static void declared_attribute(Context& c, const std::string& category, const Va
                             "; it stays as it was");
 }
 
+// Of what instances differ by: objects.h.
+static scene::Fault fault_of_difference(const Value& v) {
+    std::vector<float> given(v.floats.begin(), v.floats.end());
+    given.insert(given.end(), v.ints.begin(), v.ints.end());
+    scene::Variation variation;
+    if (v.name == "variant")
+        variation.variant = std::move(given);
+    else if (v.name == "tint")
+        variation.tint = std::move(given);
+    else if (v.name == "roughness")
+        variation.roughness = std::move(given);
+    else
+        return std::nullopt;
+    if (variation.empty())
+        return v.name + ": expected numbers";
+    return scene::fault_of(variation, 1);
+}
+
 void attribute(Context& c, Call& call) {
     const std::string& category = call.text(0);
     for (Value& v : call.params.values) {
@@ -263,6 +282,9 @@ void attribute(Context& c, Call& call) {
             c.reports.error("Attribute kanuka", v.where,
                             "Attribute \"kanuka\": there is no \"" + v.name + "\"; there are " +
                                 scene::rib_names_of(scene::attribute_parameters(), category));
+        } else if (const scene::Fault fault = fault_of_difference(v); category == "instance" && fault) {
+            c.reports.error("Attribute instance", v.where,
+                            "Attribute \"instance\": " + *fault + "; it stays as it was");
         } else {
             v.name = name;
             c.attributes.edit(FieldUser).user.set(std::move(v));

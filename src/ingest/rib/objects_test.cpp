@@ -148,6 +148,20 @@ TEST(RibObjects, EveryAttributeMakesALook) {
     EXPECT_EQ(rows, scene::attribute_parameters().size() - 2 + 1);
 }
 
+TEST(RibObjects, WhatInstancesCannotDifferByIsTold) {
+    for (const auto& [attribute, text] :
+         {std::pair{"float variant\" -2", "variant: expected numbers from 0 to a million"},
+          std::pair{"color tint\" [1 -1 0]", "tint: expected numbers from 0 to a million"},
+          std::pair{"float[2] roughness\" [0 0]", "roughness: expected a number"},
+          std::pair{"string variant\" \"red\"", "variant: expected numbers"}}) {
+        const Parsed r(world("ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd Attribute \"instance\" \"" +
+                             std::string(attribute) + " ObjectInstance 1"));
+        EXPECT_TRUE(r.says(text)) << attribute << "\n" << r.all_messages();
+        ASSERT_EQ(r.scene.instances.size(), 1u);
+        EXPECT_TRUE(r.scene.instances[0].variation.empty());
+    }
+}
+
 // Nor does what instances of one look differ by: those that say any of it are a list, the others one more.
 TEST(RibObjects, WhatInstancesDifferByMakesNoLook) {
     const Parsed r(world("ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd\nObjectInstance 1\n"
