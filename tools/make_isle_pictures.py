@@ -1,8 +1,8 @@
 """Makes docs/images/isles/: the island from three places, six frames of the flight through the forest, one
 of autumn, 10^16 leaves.
 
-    python tools/make_isle_pictures.py [shore beach dunes forest autumn nested] [--samples 64] [--width 1024] [--scale 0.01]
-        [--trees 100000]
+    python tools/make_isle_pictures.py [shore beach dunes forest autumn nested] [--samples 64] [--width 1024]
+        [--scale 0.01] [--trees 100000]
 
 JPEG by Pillow, each below 400 kB.
 """
