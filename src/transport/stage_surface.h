@@ -127,6 +127,12 @@ class SurfaceStage : public SurfaceLight<W> {
         cast_to_light(s, light, f, contribution, m, {}, m_at.batch.reversed_progression);
     }
 
+    // The probability that roulette continues a path. The square root keeps more of the dim ones: what it adds to
+    // the time is less than what it takes from the noise (docs/transport.md, "Where the time goes").
+    static F survival(const S& throughput, F ratios) {
+        const F relative = bsdf::max_component(throughput) * F(float(Wavelengths)) / ratios;
+        return min(sqrt(relative), F(0.95f));
+    }
     // through: only what goes straight on counts.
     void sample_direction(const Scattering<W>& at, M active, M through) {
         const SurfaceHit<W>& h = at.h;
@@ -160,8 +166,7 @@ class SurfaceStage : public SurfaceLight<W> {
         const F mis = select(s.delta, F(0.0f), ratios * inv_pdf * light_samples());
         // Roulette by the path's throughput, relative to its start.
         if (m_at.number >= m_at.scene.settings.roulette_depth) {
-            const F keep =
-                min(bsdf::max_component(throughput) * F(float(Wavelengths)) / next_ratios, F(0.95f));
+            const F keep = survival(throughput, next_ratios);
             m &= u_roulette < keep;
             throughput = throughput * (F(1.0f) / max(keep, F(1e-6f)));
         }
@@ -186,7 +191,7 @@ class SurfaceStage : public SurfaceLight<W> {
             ratios += ratio[k];
         }
         if (u_roulette && m_at.number >= m_at.scene.settings.roulette_depth) {
-            const F keep = min(bsdf::max_component(throughput) * F(float(Wavelengths)) / ratios, F(0.95f));
+            const F keep = survival(throughput, ratios);
             m &= *u_roulette < keep;
             throughput = throughput * (F(1.0f) / max(keep, F(1e-6f)));
         }
