@@ -171,7 +171,7 @@ class Tested {
                             3,
                             m_surface.is_grid};
         const std::span<const MeshView> meshes(&mesh, m_surface.corners.empty() ? 0 : 1);
-        m_page = build({grids, meshes}, m_lattices.grids, m_lattices.meshes);
+        m_page = build({grids, meshes}, {m_lattices.grids, m_lattices.meshes});
         m_root = m_world.add(m_page.page());
         std::vector<Placement> places;
         for (const Transform& t : m_surface.places)

@@ -213,7 +213,7 @@ void PageScene::build_own(const store::Store& store, size_t g, std::span<const i
         own.first_triangle.push_back(uint32_t(triangles));
         triangles += meshes.back().triangles();
     }
-    m_memory.push_back(hierarchy::build({grids, meshes}, of_grids, of_meshes));
+    m_memory.push_back(hierarchy::build({grids, meshes}, {of_grids, of_meshes}));
     if (m_memory.back().page().header().root == hierarchy::NoRef) {
         m_memory.pop_back(); // all of it is nowhere
         return;

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/tasks.h"
+#include "hierarchy/fibre_leaves.h"
 #include "hierarchy/grid_leaves.h"
 #include "hierarchy/mesh_leaves.h"
 #include "hierarchy/nodes.h"
@@ -39,14 +40,13 @@ class Layout {
         for (int k = 1; k < int(Kind::Count); k++) {
             Section& s = header.section[k];
             s.names = at;
-            s.name_count = (s.leaf_bytes / (UnitsOf[k] * UnitBytes) + 1) * names_each(Kind(k));
+            s.name_count = (s.leaf_bytes / (UnitsOf[k] * UnitBytes) + 1) * names_of_leaf(Kind(k));
             if (s.leaf_bytes == 0)
                 s.name_count = 0;
             at = aligned(at + s.name_count * sizeof(uint32_t));
         }
         header.nodes = at;
     }
-    static size_t names_each(Kind kind) { return is_of_triangles(kind) ? LeafTriangles : 1; }
     size_t leaf(size_t group, const Group& g, int i) const {
         return m_offset[group] + unsigned(i) * UnitsOf[int(g.kind)] * UnitBytes;
     }
@@ -82,19 +82,40 @@ StepVotes votes_of(const Content& content) {
     return all;
 }
 
-PageMemory build(const Content& content, const Lattice& lattice) {
-    return build(content, lattice, lattice);
+FibreLattice fibre_lattice_of(std::span<const FibreView> fibres) {
+    constexpr size_t SegmentsATask = 65536;
+    StepVotes all;
+    float largest = 0;
+    for (const FibreView& f : fibres) {
+        std::vector<StepVotes> votes((f.segments + SegmentsATask - 1) / SegmentsATask);
+        std::vector<float> radius(votes.size());
+        tasks::parallel_chunks(f.segments, SegmentsATask, [&](size_t begin, size_t end) {
+            for (size_t s = begin; s < end; s++)
+                FibreLeaves::vote(f, s, votes[begin / SegmentsATask], radius[begin / SegmentsATask]);
+        });
+        for (size_t i = 0; i < votes.size(); i++)
+            all.add(votes[i]), largest = std::max(largest, radius[i]);
+    }
+    return FibreLattice::of(all.lattice(), largest);
 }
 
-PageMemory build(const Content& content, const Lattice& of_grids, const Lattice& of_meshes) {
-    const GridLeaves grids(content.grids, of_grids);
-    const MeshLeaves triangles(content.meshes, 3, of_meshes, of_grids),
-        quads(content.meshes, 4, of_meshes, of_grids);
+PageMemory build(const Content& content, const Lattice& lattice) {
+    return build(content, {lattice, lattice, fibre_lattice_of(content.fibres)});
+}
+
+PageMemory build(const Content& content, const Lattices& lattices) {
+    const GridLeaves grids(content.grids, lattices.grids);
+    const MeshLeaves triangles(content.meshes, 3, lattices.meshes, lattices.grids),
+        quads(content.meshes, 4, lattices.meshes, lattices.grids);
+    const FibreLeaves fibres(content.fibres, lattices.fibres);
     LargeVector<Group> groups = grids.groups();
-    const size_t grid_groups = groups.size();
-    groups.insert(groups.end(), triangles.groups().begin(), triangles.groups().end());
-    const size_t first_quads = groups.size();
-    groups.insert(groups.end(), quads.groups().begin(), quads.groups().end());
+    const auto add = [&groups](const LargeVector<Group>& more) {
+        groups.insert(groups.end(), more.begin(), more.end());
+        return groups.size();
+    };
+    const size_t end_of_grids = groups.size(), end_of_triangles = add(triangles.groups()),
+                 end_of_quads = add(quads.groups());
+    add(fibres.groups());
     Layout layout(groups, grids.tiles().size());
     Header& h = layout.header;
     NodeTree tree = make_nodes(groups, h.nodes);
@@ -103,7 +124,7 @@ PageMemory build(const Content& content, const Lattice& of_grids, const Lattice&
     h.bytes = h.nodes + h.node_bytes;
     if (h.bytes > Children::MostBytes)
         throw Error("a page of the ray tracer is larger than 2 GiB");
-    h.step = power_of_two(std::min(of_grids.exponent, of_meshes.exponent));
+    h.step = power_of_two(std::min(lattices.grids.exponent, lattices.meshes.exponent));
     h.root = groups.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
     h.tile_log = uint32_t(grids.tile_log());
     Bounds3f bounds;
@@ -124,15 +145,19 @@ PageMemory build(const Content& content, const Lattice& of_grids, const Lattice&
             for (int i = 0; i < group.count; i++) {
                 const size_t at = layout.leaf(g, group, i), number = (at - s.leaves) / size;
                 uint32_t* const names = reinterpret_cast<uint32_t*>(bytes + s.names);
-                if (g < grid_groups) {
+                const auto write_eight = [&](const auto& leaves) {
+                    uint32_t eight[8];
+                    leaves.write(group, i, bytes + at);
+                    leaves.names(group, i, eight);
+                    std::memcpy(names + number * 8, eight, sizeof eight);
+                };
+                if (g >= end_of_quads) {
+                    write_eight(fibres);
+                } else if (g >= end_of_grids) {
+                    write_eight(g < end_of_triangles ? triangles : quads);
+                } else {
                     grids.write(group, i, bytes + at);
                     names[number] = grids.name(group, i);
-                } else {
-                    const MeshLeaves& meshes = g < first_quads ? triangles : quads;
-                    uint32_t faces[LeafTriangles];
-                    meshes.write(group, i, bytes + at);
-                    meshes.names(group, i, faces);
-                    std::memcpy(names + number * LeafTriangles, faces, sizeof faces);
                 }
             }
             const Children c{group.kind, group.count, uint32_t(layout.offset(g) / UnitBytes)};

@@ -27,23 +27,39 @@ struct MeshView {
     size_t triangles() const { return faces * size_t(sides - 2); }
 };
 
+// Round segments, from a vertex to the next.
+struct FibreView {
+    const float* vertices; // xyz and the radius
+    size_t count;
+    const uint32_t* first; // of each segment; one that has no second vertex is left out
+    size_t segments;
+};
+
 struct Content {
     std::span<const GridView> grids;
     std::span<const MeshView> meshes;
     // Corners of meshes are to stand where 16 bits a coordinate put them, not 32 bits for all three: for
     // polygons that may be as large as the picture.
     bool fine_meshes = false;
+    std::span<const FibreView> fibres = {};
 };
 
-// What the leaves of this content wish for: pages that share edges add theirs up, and are built on one
-// lattice.
+// What the leaves of this content wish for, fibres aside: pages that share edges add theirs up, and are built
+// on one lattice.
 StepVotes votes_of(const Content& content);
+// Likewise for all fibres that may touch.
+FibreLattice fibre_lattice_of(std::span<const FibreView> fibres);
+
+// Meshes have one of their own: their polygons may be large in a picture.
+struct Lattices {
+    Lattice grids, meshes;
+    FibreLattice fibres = {};
+};
 
 // In parallel; the same bytes for any number of threads. Throws Error where a page would be too large, or the
-// content has more grids or faces than names.
+// content has more grids, faces or segments than names.
 PageMemory build(const Content& content, const Lattice& lattice);
-// Meshes on a lattice of their own: their polygons may be large in a picture.
-PageMemory build(const Content& content, const Lattice& of_grids, const Lattice& of_meshes);
+PageMemory build(const Content& content, const Lattices& lattices);
 
 // What a hit of a grid is in.
 struct Cell {

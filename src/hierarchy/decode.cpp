@@ -62,4 +62,45 @@ Corners corners_of(const Page& page, Ref leaf, uint32_t primitive) {
     return c;
 }
 
+Segment segment_of(const Page& page, Ref leaf, uint32_t number) {
+    const uint32_t i = number % LeafSegments;
+    Segment s;
+    const auto set_radii = [&](const auto& l) {
+        for (int e = 0; e < 2; e++)
+            s.radius[e] =
+                std::bit_cast<float>((l.radius[e][i] + l.least_radius) << FibreLattice::DroppedBits);
+    };
+    if (kind_of(leaf) == Kind::Fibre32) {
+        const Fibre32& l = page.at<Fibre32>(leaf);
+        for (int e = 0; e < 2; e++)
+            s.end[e] = unpack(l.frame, l.end[e][i]);
+        set_radii(l);
+    } else if (kind_of(leaf) == Kind::Fibre48) {
+        const Fibre48& l = page.at<Fibre48>(leaf);
+        for (int e = 0; e < 2; e++)
+            for (int a = 0; a < 3; a++)
+                s.end[e][a] =
+                    (float(l.coordinate[a][e][i]) + float(l.frame[a] >> 8)) * unit_of(l.frame);
+        set_radii(l);
+    } else {
+        const FibreFloat& l = page.at<FibreFloat>(leaf);
+        for (int e = 0; e < 2; e++)
+            for (int a = 0; a < 3; a++)
+                s.end[e][a] = l.coordinate[a][e][i];
+        set_radii(l);
+    }
+    return s;
+}
+
+Vec3f normal_of(const Page& page, const Ray& ray, const Hit& hit) {
+    if (!is_of_fibres(kind_of(hit.leaf)))
+        return corners_of(page, hit.leaf, hit.primitive).normal();
+    const Segment s = segment_of(page, hit.leaf, hit.primitive / 2);
+    Vec3f normal; // from the middle of the ball that was hit
+    for (int a = 0; a < 3; a++)
+        normal[a] = float(double(ray.o[a]) + double(hit.t) * double(ray.d[a]) - double(s.end[0][a]) -
+                          double(hit.u) * (double(s.end[1][a]) - double(s.end[0][a])));
+    return normal;
+}
+
 } // namespace kanuka::hierarchy

@@ -14,4 +14,14 @@ struct Corners {
 // Of the triangle that a hit is on.
 Corners corners_of(const Page& page, Ref leaf, uint32_t primitive);
 
+struct Segment {
+    Vec3f end[2];
+    float radius[2];
+};
+// `number`: in its leaf; of a hit half of its primitive.
+Segment segment_of(const Page& page, Ref leaf, uint32_t number);
+
+// Of what was hit by the ray, as it runs in the page; not of unit length. Of fibres it leads out of them.
+Vec3f normal_of(const Page& page, const Ray& ray, const Hit& hit);
+
 } // namespace kanuka::hierarchy

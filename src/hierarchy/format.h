@@ -8,7 +8,7 @@
 namespace kanuka::hierarchy {
 
 inline constexpr uint32_t Magic = 0x4752484b; // "KHRG"
-inline constexpr uint32_t Version = 2;
+inline constexpr uint32_t Version = 3;
 // References count bytes in units of 16; groups of children begin at multiples of four units.
 inline constexpr size_t UnitBytes = 16, GroupUnits = 4;
 // Vector loads at the last leaf reach beyond it by less than this.
@@ -22,14 +22,23 @@ enum class Kind : uint32_t {
     Triangle32, // eight triangles, 32 bits a corner
     TriangleFloat,
     Triangle48, // eight triangles, 16 bits a coordinate
-    Count,      // of kinds that pages of files have
-    Instance,   // a place of another page (instances.h): levels of them are made in memory
+    Fibre32,    // eight segments of fibres, 32 bits an end
+    Fibre48,
+    FibreFloat,
+    Count,            // of kinds that pages of files have
+    Instance = Count, // a place of another page (instances.h): levels of them are made in memory
     Moving,     // likewise, where some of a node's eight move
     Met         // of stacks alone: such a place whose box the ray has met
 };
 
 constexpr bool is_of_triangles(Kind kind) {
-    return kind >= Kind::Triangle32 && kind < Kind::Count;
+    return kind >= Kind::Triangle32 && kind <= Kind::Triangle48;
+}
+constexpr bool is_of_fibres(Kind kind) {
+    return kind >= Kind::Fibre32 && kind <= Kind::FibreFloat;
+}
+constexpr bool is_of_grids(Kind kind) {
+    return kind >= Kind::Grid32 && kind <= Kind::GridFloat;
 }
 
 // What the stack of a ray holds: a kind in the upper four bits, an offset in units below.
@@ -132,8 +141,36 @@ struct Triangle48 {
 };
 static_assert(sizeof(Triangle48) == 160);
 
+// A segment of a fibre: all balls between two, whose centres and radii change evenly from the one to the
+// other. Of radii 12 bits are left; a word counts them from the page's least on, as floats are ordered: radius =
+// float of the bits (least_radius + word) << 12.
+inline constexpr int LeafSegments = 8;
+struct Fibre32 {
+    uint32_t end[2][LeafSegments];
+    uint16_t radius[2][LeafSegments];
+    int32_t frame[3]; // as of Triangle32
+    uint32_t least_radius;
+};
+static_assert(sizeof(Fibre32) == 112);
+
+struct Fibre48 {
+    uint16_t coordinate[3][2][LeafSegments]; // axis, end
+    uint16_t radius[2][LeafSegments];
+    int32_t frame[3]; // as of Triangle48
+    uint32_t least_radius;
+};
+static_assert(sizeof(Fibre48) == 144);
+
+struct FibreFloat {
+    float coordinate[3][2][LeafSegments];
+    uint16_t radius[2][LeafSegments];
+    uint32_t count, least_radius;
+    uint8_t unused[8];
+};
+static_assert(sizeof(FibreFloat) == 240);
+
 // Units from a child to the next, by kind.
-inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 0, 4, 8};
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 4, 8};
 inline Ref Children::ref(uint32_t place) const {
     return uint32_t(kind) << KindShift | (offset + place * UnitsOf[uint32_t(kind)]);
 }
@@ -144,6 +181,14 @@ static_assert(UnitsOf[int(Kind::GridFloat)] * UnitBytes == sizeof(GridFloat));
 static_assert(UnitsOf[int(Kind::Triangle32)] * UnitBytes == sizeof(Triangle32));
 static_assert(UnitsOf[int(Kind::TriangleFloat)] * UnitBytes == sizeof(TriangleFloat));
 static_assert(UnitsOf[int(Kind::Triangle48)] * UnitBytes == sizeof(Triangle48));
+static_assert(UnitsOf[int(Kind::Fibre32)] * UnitBytes == sizeof(Fibre32));
+static_assert(UnitsOf[int(Kind::Fibre48)] * UnitBytes == sizeof(Fibre48));
+static_assert(UnitsOf[int(Kind::FibreFloat)] * UnitBytes == sizeof(FibreFloat));
+// Names of a leaf: one of grids, one a face or segment of others.
+constexpr uint32_t names_of_leaf(Kind kind) {
+    return is_of_grids(kind) ? 1 : 8;
+}
+static_assert(LeafTriangles == 8 && LeafSegments == 8);
 
 // Grids are cut into tiles of at most 2^tile_log blocks of 4x4 cells to a side. A leaf's name, 32 bits, is
 // the number of its tile and the place in it: tile << 2 tile_log | v << tile_log | u.
@@ -154,7 +199,7 @@ struct Tile {
 static_assert(sizeof(Tile) == 8);
 
 // Where the leaves of a kind lie, and their names: that of a leaf at byte b is name (b - leaves) / size of a
-// leaf, rounded down. Leaves of triangles have eight names each: the faces' numbers.
+// leaf, rounded down. Leaves of triangles and of fibres have eight names each: numbers of faces, of segments.
 struct Section {
     uint64_t leaves = 0, leaf_bytes = 0, names = 0, name_count = 0;
 };
@@ -169,10 +214,10 @@ struct Header {
     uint32_t tile_log, tile_count;
     uint64_t nodes, node_bytes;
     uint64_t tiles;
-    Section section[8]; // by kind; that of nodes is unused
+    Section section[10]; // by kind; that of nodes is unused
     uint64_t unused[5];
 };
-static_assert(sizeof(Header) == 384);
+static_assert(sizeof(Header) == 448 && int(Kind::Count) <= 10);
 static_assert(offsetof(Header, checksum) == 8);
 
 } // namespace kanuka::hierarchy

@@ -2,6 +2,7 @@
 // polygons that share a vertex agree to the bit, whichever page and leaf they are in: no cracks.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -47,6 +48,32 @@ struct Lattice {
         const float step = power_of_two(e), per_step = power_of_two(-e);
         return {__builtin_rintf(p.x * per_step) * step, __builtin_rintf(p.y * per_step) * step,
                 __builtin_rintf(p.z * per_step) * step};
+    }
+};
+
+// Where vertices of fibres stand, and how thick they may be there: radii are floats of 12 bits, 2^-32 of the
+// largest at the least. Both depend on the vertex alone, as in Lattice.
+struct FibreLattice {
+    static constexpr int DroppedBits = 12;
+    Lattice places;
+    uint32_t least_radius = 0; // by its upper bits
+
+    // `largest`: of all radii.
+    static FibreLattice of(const Lattice& places, float largest) {
+        constexpr uint32_t Words = 1 << 16;
+        const uint32_t last = upper_bits(largest);
+        return {places, last < Words ? 0 : last - (Words - 1)};
+    }
+    uint16_t word(float radius) const {
+        return uint16_t(std::clamp<int64_t>(int64_t(upper_bits(radius)) - least_radius, 0, 65535));
+    }
+    float radius(uint16_t word) const {
+        return std::bit_cast<float>((uint32_t(word) + least_radius) << DroppedBits);
+    }
+
+  private:
+    static uint32_t upper_bits(float radius) { // rounded
+        return (std::bit_cast<uint32_t>(max(radius, 0.0f)) + (1u << (DroppedBits - 1))) >> DroppedBits;
     }
 };
 

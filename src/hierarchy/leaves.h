@@ -1,6 +1,7 @@
 // Leaves of any kind against rays.
 #pragma once
 
+#include "hierarchy/fibre_lanes.h"
 #include "hierarchy/leaf_lanes.h"
 #include "hierarchy/page.h"
 #include "hierarchy/triangle_lanes.h"
@@ -17,6 +18,9 @@ template <int W, bool Kept, class Body>
     const auto triangles = [&]<class Reader>(const Reader& reader) {
         body(std::conditional_t<Kept, KeptTriangles<Reader>, Reader>(reader));
     };
+    const auto fibres = [&]<class Reader>(const Reader& reader) {
+        body(std::conditional_t<Kept, KeptFibres<Reader>, Reader>(reader));
+    };
     switch (kind_of(leaf)) {
     case Kind::Grid32:
         return grid(Reader32(page.at<Grid32>(leaf)));
@@ -30,6 +34,12 @@ template <int W, bool Kept, class Body>
         return triangles(TriangleReader48(page.at<Triangle48>(leaf)));
     case Kind::TriangleFloat:
         return triangles(TriangleReaderFloat(page.at<TriangleFloat>(leaf)));
+    case Kind::Fibre32:
+        return fibres(FibreReader32(page.at<Fibre32>(leaf)));
+    case Kind::Fibre48:
+        return fibres(FibreReader48(page.at<Fibre48>(leaf)));
+    case Kind::FibreFloat:
+        return fibres(FibreReaderFloat(page.at<FibreFloat>(leaf)));
     default:
         return;
     }
@@ -39,7 +49,9 @@ template <int W, bool Kept, class Body>
 // that is all.
 template <int W, class Content, class Found>
 [[gnu::always_inline]] inline void trace_leaf(const Content& content, const TracedRay& ray, Found&& found) {
-    if constexpr (requires { content.count(); })
+    if constexpr (requires { content.segments(); })
+        trace_fibre_leaf(content, ray, found);
+    else if constexpr (requires { content.count(); })
         trace_triangle_leaf(content, ray, found);
     else
         trace_grid_leaf<W>(content, ray, found);

@@ -10,7 +10,6 @@ namespace kanuka::hierarchy {
 namespace {
 
 constexpr size_t FacesATask = 4096;
-constexpr uint32_t LeavesAGroup = 8;
 
 bool corners_of_triangle(const MeshView& m, size_t triangle, Vec3f (&to)[3]) {
     static constexpr size_t Quad[2][3] = {{0, 1, 3}, {2, 3, 1}};
@@ -72,42 +71,12 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattic
             items[kept++] = items[f];
     items.resize(kept);
 
-    // The largest parts of the tree that have eight leaves or fewer become groups.
-    const SplitTree tree = split_all(std::move(items), uint32_t(LeafTriangles) / m_each);
-    m_faces.resize(kept);
-    for (size_t i = 0; i < kept; i++)
-        m_faces[i] = tree.items[i].index;
-    std::vector<int32_t> todo;
-    if (!tree.branches.empty())
-        todo.push_back(0);
-    while (!todo.empty()) {
-        const int32_t b = todo.back();
-        todo.pop_back();
-        const SplitTree::Branch& branch = tree.branches[size_t(b)];
-        if (branch.leaves > LeavesAGroup) {
-            todo.push_back(branch.right), todo.push_back(branch.left);
-            continue;
-        }
-        Group group{Kind::Triangle32, 0};
-        group.source = uint32_t(m_leaves.size());
-        collect(tree, b, group);
-        m_groups.push_back(group);
-    }
-    tasks::parallel_chunks(m_groups.size(), FacesATask / 64, [&](size_t begin, size_t end) {
+    m_leaves.make(std::move(items), uint32_t(LeafTriangles) / m_each, Kind::Triangle32);
+    LargeVector<Group>& made = m_leaves.groups;
+    tasks::parallel_chunks(made.size(), FacesATask / 64, [&](size_t begin, size_t end) {
         for (size_t g = begin; g < end; g++)
-            m_groups[g].kind = kind_of_group(m_groups[g]);
+            made[g].kind = kind_of_group(made[g]);
     });
-}
-
-void MeshLeaves::collect(const SplitTree& tree, int32_t branch, Group& group) {
-    const SplitTree::Branch& b = tree.branches[size_t(branch)];
-    if (b.left < 0) {
-        group.box[group.count++] = b.box;
-        m_leaves.push_back({b.begin, b.end});
-        return;
-    }
-    collect(tree, b.left, group);
-    collect(tree, b.right, group);
 }
 
 // The least of the kinds that hold all its leaves. Near the origin, where one step is all points', boxes
@@ -119,7 +88,7 @@ Kind MeshLeaves::kind_of_group(const Group& group) const {
         const bool near = m_finest.exponent_at(box[0]) == m_finest.exponent &&
                           m_finest.exponent_at(box[1]) == m_finest.exponent;
         const Frame frame =
-            near ? Frame(m_finest, box) : Frame(m_finest, points(m_leaves[group.source + size_t(i)]).at);
+            near ? Frame(m_finest, box) : Frame(m_finest, points(m_leaves.leaf(group, i)).at);
         if (frame.fields() >= 0)
             continue;
         if (!frame.holds_48())
@@ -144,9 +113,9 @@ bool MeshLeaves::find(uint32_t triangle, Corners& to) const {
 }
 
 // Triangle k of a leaf, whose last is repeated. Of a quad one may be nowhere: then it is the other.
-uint32_t MeshLeaves::triangle(const Leaf& leaf, uint32_t k, Corners& corners) const {
+uint32_t MeshLeaves::triangle(const LeafGroups::Leaf& leaf, uint32_t k, Corners& corners) const {
     k = std::min(k, (leaf.end - leaf.begin) * m_each - 1);
-    const uint32_t first = m_faces[leaf.begin + k / m_each], number = first + k % m_each;
+    const uint32_t first = m_leaves.items[leaf.begin + k / m_each], number = first + k % m_each;
     if (find(number, corners))
         return number;
     const uint32_t other = 2 * first + 1 - number;
@@ -154,7 +123,7 @@ uint32_t MeshLeaves::triangle(const Leaf& leaf, uint32_t k, Corners& corners) co
     return other;
 }
 
-MeshLeaves::Points MeshLeaves::points(const Leaf& leaf) const {
+MeshLeaves::Points MeshLeaves::points(const LeafGroups::Leaf& leaf) const {
     Points p;
     p.count = (leaf.end - leaf.begin) * m_each;
     for (uint32_t k = 0; k < uint32_t(LeafTriangles); k++) {
@@ -167,7 +136,7 @@ MeshLeaves::Points MeshLeaves::points(const Leaf& leaf) const {
 }
 
 void MeshLeaves::write(const Group& group, int i, uint8_t* to) const {
-    const Points p = points(m_leaves[group.source + size_t(i)]);
+    const Points p = points(m_leaves.leaf(group, i));
     if (group.kind == Kind::TriangleFloat) {
         TriangleFloat& leaf = *reinterpret_cast<TriangleFloat*>(to);
         for (int a = 0; a < 3; a++)
@@ -197,7 +166,7 @@ void MeshLeaves::write(const Group& group, int i, uint8_t* to) const {
 }
 
 void MeshLeaves::names(const Group& group, int i, uint32_t (&to)[LeafTriangles]) const {
-    const Leaf& leaf = m_leaves[group.source + size_t(i)];
+    const LeafGroups::Leaf& leaf = m_leaves.leaf(group, i);
     Corners corners;
     for (uint32_t k = 0; k < uint32_t(LeafTriangles); k++)
         to[k] = triangle(leaf, k, corners);

@@ -50,7 +50,7 @@ class Walk {
     };
     bool is_within(Ref ref) const {
         const Kind kind = kind_of(ref);
-        const Section& s = m_header.section[uint32_t(kind) & 7];
+        const Section& s = m_page.section(kind);
         const uint64_t begin = kind == Kind::Nodes ? m_header.nodes : s.leaves;
         const uint64_t bytes = kind == Kind::Nodes ? m_header.node_bytes : s.leaf_bytes;
         const uint64_t at = byte_of(ref), size = UnitsOf[uint32_t(kind)] * UnitBytes;

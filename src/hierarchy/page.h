@@ -1,6 +1,7 @@
 // A page: a block of bytes, in memory that it owns or in a file that is mapped.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,13 +30,17 @@ class Page {
         const Header& h = header();
         return {{h.lower[0], h.lower[1], h.lower[2]}, {h.upper[0], h.upper[1], h.upper[2]}};
     }
-    // The name of a leaf of a grid, or the face of triangle `i` of a leaf. What is damaged has the name 0.
+    const Section& section(Kind kind) const {
+        return header().section[std::min(uint32_t(kind), uint32_t(Kind::Count) - 1)];
+    }
+    // The name of a leaf of a grid, or the number of face or segment `i` of a leaf. What is damaged has the
+    // name 0.
     uint32_t name(Ref leaf, int i = 0) const {
         const Kind kind = kind_of(leaf);
-        const Section& s = header().section[uint32_t(kind) & 7];
+        const Section& s = section(kind);
         uint64_t n = (byte_of(leaf) - s.leaves) / (UnitsOf[uint32_t(kind)] * UnitBytes);
-        if (is_of_triangles(kind))
-            n = n * LeafTriangles + unsigned(i);
+        if (!is_of_grids(kind))
+            n = n * names_of_leaf(kind) + unsigned(i);
         return n < s.name_count ? reinterpret_cast<const uint32_t*>(m_bytes + s.names)[n] : 0;
     }
 

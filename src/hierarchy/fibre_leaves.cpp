@@ -1,0 +1,171 @@
+#include "hierarchy/fibre_leaves.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "base/tasks.h"
+
+namespace kanuka::hierarchy {
+
+namespace {
+
+constexpr size_t SegmentsATask = 4096;
+
+Bounds3f box_of(const Vec3f (&end)[2], const float (&radius)[2]) {
+    Bounds3f box;
+    for (int e = 0; e < 2; e++)
+        box.extend(end[e] - Vec3f(radius[e])), box.extend(end[e] + Vec3f(radius[e]));
+    return box;
+}
+
+} // namespace
+
+FibreLeaves::FibreLeaves(std::span<const FibreView> fibres, const FibreLattice& lattice)
+    : m_fibres(fibres), m_lattice(lattice) {
+    uint64_t segments = 0;
+    for (const FibreView& f : fibres) {
+        m_first.push_back(segments);
+        segments += f.segments;
+    }
+    if (segments >= uint64_t(1) << 31)
+        throw Error("a page of the ray tracer has 2^31 segments of fibres or more");
+    LargeVector<Item> items(segments);
+    LargeVector<uint8_t> is_there(segments);
+    tasks::parallel_chunks(segments, SegmentsATask, [&](size_t begin, size_t end) {
+        for (size_t s = begin; s < end; s++) {
+            const size_t f = fibre_of(uint32_t(s));
+            Segment there;
+            if (!find(m_fibres[f], s - m_first[f], there))
+                continue;
+            is_there[s] = 1;
+            there = on_lattice(there);
+            items[s] = Item(box_of(there.end, there.radius), uint32_t(s));
+        }
+    });
+    size_t kept = 0;
+    for (size_t s = 0; s < segments; s++)
+        if (is_there[s])
+            items[kept++] = items[s];
+    items.resize(kept);
+    m_leaves.make(std::move(items), LeafSegments, Kind::Fibre32);
+    LargeVector<Group>& made = m_leaves.groups;
+    tasks::parallel_chunks(made.size(), SegmentsATask / 64, [&](size_t begin, size_t end) {
+        for (size_t g = begin; g < end; g++)
+            made[g].kind = kind_of_group(made[g]);
+    });
+}
+
+size_t FibreLeaves::fibre_of(uint32_t segment) const {
+    return size_t(std::upper_bound(m_first.begin(), m_first.end(), uint64_t(segment)) - m_first.begin()) - 1;
+}
+
+bool FibreLeaves::find(const FibreView& fibre, size_t segment, Segment& to) {
+    const size_t first = fibre.first[segment];
+    if (first + 1 >= fibre.count)
+        return false;
+    for (size_t e = 0; e < 2; e++) {
+        const float* p = fibre.vertices + 4 * (first + e);
+        to.end[e] = {p[0], p[1], p[2]}, to.radius[e] = p[3];
+        if (!is_somewhere(to.end[e]) || !(abs(p[3]) < LargestCoordinate))
+            return false;
+    }
+    return true;
+}
+
+FibreLeaves::Segment FibreLeaves::on_lattice(const Segment& s) const {
+    Segment on;
+    for (int e = 0; e < 2; e++) {
+        on.end[e] = m_lattice.places.snap(s.end[e]);
+        on.radius[e] = m_lattice.radius(m_lattice.word(s.radius[e]));
+    }
+    return on;
+}
+
+uint32_t FibreLeaves::number(const LeafGroups::Leaf& leaf, uint32_t k) const {
+    return m_leaves.items[std::min(leaf.begin + k, leaf.end - 1)];
+}
+
+FibreLeaves::Points FibreLeaves::points(const LeafGroups::Leaf& leaf) const {
+    Points p;
+    p.count = leaf.end - leaf.begin;
+    for (uint32_t k = 0; k < uint32_t(LeafSegments); k++) {
+        const uint32_t n = number(leaf, k);
+        const size_t f = fibre_of(n);
+        Segment s;
+        find(m_fibres[f], n - m_first[f], s);
+        for (uint32_t e = 0; e < 2; e++) {
+            p.at[e * LeafSegments + k] = m_lattice.places.snap(s.end[e]);
+            p.radius[e][k] = m_lattice.word(s.radius[e]);
+        }
+    }
+    return p;
+}
+
+// The least of the kinds that hold all its leaves.
+Kind FibreLeaves::kind_of_group(const Group& group) const {
+    Kind kind = Kind::Fibre32;
+    for (int i = 0; i < group.count; i++) {
+        const Frame frame(m_lattice.places, points(m_leaves.leaf(group, i)).at);
+        if (frame.fields() >= 0)
+            continue;
+        if (!frame.holds_48())
+            return Kind::FibreFloat;
+        kind = Kind::Fibre48;
+    }
+    return kind;
+}
+
+void FibreLeaves::write(const Group& group, int i, uint8_t* to) const {
+    const Points p = points(m_leaves.leaf(group, i));
+    const auto write_radii = [&](auto& leaf) {
+        std::copy_n(p.radius[0], 2 * LeafSegments, leaf.radius[0]);
+        leaf.least_radius = m_lattice.least_radius;
+    };
+    if (group.kind == Kind::FibreFloat) {
+        FibreFloat& leaf = *reinterpret_cast<FibreFloat*>(to);
+        for (int a = 0; a < 3; a++)
+            for (int e = 0; e < 2; e++)
+                for (int k = 0; k < LeafSegments; k++)
+                    leaf.coordinate[a][e][k] = p.at[e * LeafSegments + k][a];
+        leaf.count = p.count;
+        return write_radii(leaf);
+    }
+    const Frame frame(m_lattice.places, p.at);
+    if (group.kind == Kind::Fibre48) {
+        Fibre48& leaf = *reinterpret_cast<Fibre48*>(to);
+        for (int a = 0; a < 3; a++)
+            for (int e = 0; e < 2; e++)
+                for (int k = 0; k < LeafSegments; k++)
+                    leaf.coordinate[a][e][k] = uint16_t(frame.field(p.at[e * LeafSegments + k], a));
+        frame.write(leaf.frame, -1, p.count);
+        return write_radii(leaf);
+    }
+    Fibre32& leaf = *reinterpret_cast<Fibre32*>(to);
+    const int fields = frame.fields();
+    for (int e = 0; e < 2; e++)
+        for (int k = 0; k < LeafSegments; k++)
+            leaf.end[e][k] = frame.pack(p.at[e * LeafSegments + k], fields);
+    frame.write(leaf.frame, fields, p.count);
+    write_radii(leaf);
+}
+
+void FibreLeaves::names(const Group& group, int i, uint32_t (&to)[LeafSegments]) const {
+    for (uint32_t k = 0; k < uint32_t(LeafSegments); k++)
+        to[k] = number(m_leaves.leaf(group, i), k);
+}
+
+// Leaves are not known yet: of segments side by side they are about as long as those and half as wide.
+void FibreLeaves::vote(const FibreView& fibre, size_t segment, StepVotes& votes, float& largest) {
+    Segment s;
+    if (!find(fibre, segment, s))
+        return;
+    Bounds3f box;
+    for (int e = 0; e < 2; e++) {
+        box.extend(s.end[e]);
+        largest = std::max(largest, s.radius[e]);
+    }
+    const Vec3f size = box.diagonal();
+    votes.add(size + Vec3f(0.5f * max(max(size.x, size.y), size.z)));
+}
+
+} // namespace kanuka::hierarchy

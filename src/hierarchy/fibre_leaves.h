@@ -1,0 +1,47 @@
+// Fibres as leaves of up to eight segments.
+#pragma once
+
+#include <vector>
+
+#include "hierarchy/build.h"
+#include "hierarchy/encode.h"
+#include "hierarchy/leaf_groups.h"
+
+namespace kanuka::hierarchy {
+
+class FibreLeaves {
+  public:
+    FibreLeaves(std::span<const FibreView> fibres, const FibreLattice& lattice);
+
+    const LargeVector<Group>& groups() const { return m_leaves.groups; } // `source` numbers their leaves
+    void write(const Group& group, int i, uint8_t* to) const;
+    // Segments of a leaf, counted through all fibres; the last is repeated.
+    void names(const Group& group, int i, uint32_t (&to)[LeafSegments]) const;
+
+    // `largest`: of the radii so far.
+    static void vote(const FibreView& fibre, size_t segment, StepVotes& votes, float& largest);
+
+  private:
+    struct Segment {
+        Vec3f end[2];
+        float radius[2];
+    };
+    struct Points {
+        Vec3f at[2 * LeafSegments]; // end by end, as they are stored; the last segment is repeated
+        uint16_t radius[2][LeafSegments];
+        uint32_t count;
+    };
+    static bool find(const FibreView& fibre, size_t segment, Segment& to); // false = it is nowhere
+    Segment on_lattice(const Segment& s) const;
+    size_t fibre_of(uint32_t segment) const;
+    uint32_t number(const LeafGroups::Leaf& leaf, uint32_t k) const;
+    Points points(const LeafGroups::Leaf& leaf) const;
+    Kind kind_of_group(const Group& group) const;
+
+    std::span<const FibreView> m_fibres;
+    FibreLattice m_lattice;
+    std::vector<uint64_t> m_first; // segment of each fibre
+    LeafGroups m_leaves;
+};
+
+} // namespace kanuka::hierarchy
