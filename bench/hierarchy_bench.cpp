@@ -1,6 +1,6 @@
 // Pages of src/hierarchy beside Embree on the same vertices.
 //
-//     hierarchy_bench [--scene=terrain|cave|globe|mesh] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
+//     hierarchy_bench [--scene=terrain|cave|globe|mesh|hair] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
 //     [--json]
 //
 // Nanoseconds a ray of one thread (its processor time; medians of rounds, in which all take turns), bytes a
@@ -73,11 +73,17 @@ struct Embree {
 
 // Vertices as they stand on the lattice.
 struct Vertices {
-    std::vector<float> positions;
+    std::vector<float> positions, fibres; // of fibres with the radius
     std::vector<RTCGrid> grids;
-    std::vector<uint32_t> quads, triangles;
+    std::vector<uint32_t> quads, triangles, segments;
 
-    Vertices(const BenchScene& s, const Lattice& lattice) {
+    Vertices(const BenchScene& s, const Lattices& lattices) : segments(s.segments) {
+        const Lattice& lattice = lattices.grids;
+        for (size_t i = 0; i < s.fibres.size(); i += 4) {
+            const float* const v = s.fibres.data() + i;
+            const Vec3f p = lattices.fibres.places.snap({v[0], v[1], v[2]});
+            fibres.insert(fibres.end(), {p.x, p.y, p.z, lattices.fibres.radius(lattices.fibres.word(v[3]))});
+        }
         const auto add = [&](const Vec3f& p) {
             const Vec3f q = lattice.snap(p);
             positions.insert(positions.end(), {q.x, q.y, q.z});
@@ -105,9 +111,10 @@ struct Vertices {
 Peer embree(Embree& e, const Vertices& v, RTCGeometryType type, bool robust) {
     Peer p;
     p.name = std::string("Embree ") +
-             (type == RTC_GEOMETRY_TYPE_GRID   ? "GRID"
-              : type == RTC_GEOMETRY_TYPE_QUAD ? "QUAD"
-                                               : "TRIANGLE") +
+             (type == RTC_GEOMETRY_TYPE_GRID       ? "GRID"
+              : type == RTC_GEOMETRY_TYPE_QUAD     ? "QUAD"
+              : type == RTC_GEOMETRY_TYPE_TRIANGLE ? "TRIANGLE"
+                                                   : "ROUND_LINEAR_CURVE") +
              (robust ? " robust" : "");
     const int64_t before = e.bytes;
     const double start = wall_ms();
@@ -115,14 +122,22 @@ Peer embree(Embree& e, const Vertices& v, RTCGeometryType type, bool robust) {
     rtcSetSceneFlags(p.scene, RTCSceneFlags((robust ? RTC_SCENE_FLAG_ROBUST : 0) |
                                             (type == RTC_GEOMETRY_TYPE_GRID ? RTC_SCENE_FLAG_COMPACT : 0)));
     RTCGeometry g = rtcNewGeometry(e.device, type);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, v.positions.data(), 0, 12,
-                               v.positions.size() / 3 - 1);
+    const bool fibres = type == RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE;
+    if (fibres)
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, v.fibres.data(), 0, 16,
+                                   v.fibres.size() / 4);
+    else
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, v.positions.data(), 0, 12,
+                                   v.positions.size() / 3 - 1);
     if (type == RTC_GEOMETRY_TYPE_GRID)
         rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, v.grids.data(), 0,
                                    sizeof(RTCGrid), v.grids.size());
     else if (type == RTC_GEOMETRY_TYPE_QUAD)
         rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, v.quads.data(), 0, 16,
                                    v.quads.size() / 4);
+    else if (fibres)
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, v.segments.data(), 0, 4,
+                                   v.segments.size());
     else
         rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, v.triangles.data(), 0, 12,
                                    v.triangles.size() / 3);
@@ -215,7 +230,7 @@ std::vector<RaySet> make_rays(const BenchScene& s, const Page& page, int count) 
         for (size_t i = 0; i < rays.size(); i++) {
             if (!hits[i].found())
                 continue;
-            Vec3f n = normalize(corners_of(page, hits[i].leaf, hits[i].primitive).normal());
+            Vec3f n = normalize(normal_of(page, rays[i], hits[i]));
             if (dot(n, rays[i].d) > 0)
                 n = -n;
             const Vec3f p = rays[i].o + rays[i].d * hits[i].t + n * s.offset;
@@ -265,8 +280,8 @@ int count_leaks(const BenchScene& s, const Lattice& lattice, const Page& page, l
 // Bytes of what a page consists of, and how many leaves of a kind there are. Groups begin at multiples of 64
 // bytes, so counts are a little too high.
 void print_shares(const Page& page, double primitives) {
-    const char* const name[] = {"nodes",      "Grid32",        "Grid48",    "GridFloat",
-                                "Triangle32", "TriangleFloat", "Triangle48"};
+    const char* const name[] = {"nodes",         "Grid32",     "Grid48",  "GridFloat", "Triangle32",
+                                "TriangleFloat", "Triangle48", "Fibre32", "Fibre48",   "FibreFloat"};
     const Header& h = page.header();
     std::printf("%-26s %6.2f bytes a primitive; the lattice's step is %g\n", "  nodes",
                 double(h.node_bytes) / primitives, double(h.step));
@@ -376,23 +391,27 @@ int main(int argc, char** argv) {
     const BenchScene s = o.scene == "cave"    ? cave(o.size ? o.size : 24)
                          : o.scene == "mesh"  ? terrain_mesh(o.size ? o.size : 20)
                          : o.scene == "globe" ? globe(o.size ? o.size : 220)
+                         : o.scene == "hair"  ? hair(o.size ? o.size : 120)
                                               : terrain(o.size ? o.size : 62);
     std::vector<GridView> grids = testing::views(s.grids);
     const MeshView mesh{s.positions.data(), s.positions.size() / 3, s.corners.data(), s.corners.size() / 3};
-    const Content content{grids, s.corners.empty() ? std::span<const MeshView>() : std::span(&mesh, 1)};
+    const FibreView fibres{s.fibres.data(), s.fibres.size() / 4, s.segments.data(), s.segments.size()};
+    const Content content{grids, s.corners.empty() ? std::span<const MeshView>() : std::span(&mesh, 1), false,
+                          s.segments.empty() ? std::span<const FibreView>() : std::span(&fibres, 1)};
     std::vector<double> voted, built;
-    Lattice lattice;
+    Lattices lattices;
     PageMemory memory;
     for (int i = 0; i < 3; i++) {
         const double start = wall_ms();
-        lattice = votes_of(content).lattice();
+        const Lattice lattice = votes_of(content).lattice();
+        lattices = {lattice, lattice, fibre_lattice_of(content.fibres)};
         const double then = wall_ms();
-        memory = build(content, lattice);
+        memory = build(content, lattices);
         voted.push_back(then - start), built.push_back(wall_ms() - then);
     }
     const Page page = memory.page();
     if (o.leaks > 0)
-        return count_leaks(s, lattice, page, o.leaks);
+        return count_leaks(s, lattices.grids, page, o.leaks);
     const double primitives = double(s.primitives());
     const auto tell = [&](const char* tracer, double bytes, double positions, double ms) {
         if (o.json)
@@ -417,16 +436,17 @@ int main(int argc, char** argv) {
         add_ours(tracers, "pages, AVX-512", page, closest_avx512, occluded_avx512);
 #endif
     Embree e;
-    const Vertices vertices(s, lattice);
+    const Vertices vertices(s, lattices);
     std::vector<Peer> peers;
     for (bool robust : {true, false})
         for (RTCGeometryType type :
-             {RTC_GEOMETRY_TYPE_GRID, RTC_GEOMETRY_TYPE_QUAD, RTC_GEOMETRY_TYPE_TRIANGLE})
-            if ((type == RTC_GEOMETRY_TYPE_TRIANGLE) == s.grids.empty())
-                peers.push_back(embree(e, vertices, type, robust));
+             s.grids.empty() ? std::vector{s.segments.empty() ? RTC_GEOMETRY_TYPE_TRIANGLE
+                                                              : RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE}
+                             : std::vector{RTC_GEOMETRY_TYPE_GRID, RTC_GEOMETRY_TYPE_QUAD})
+            peers.push_back(embree(e, vertices, type, robust));
     for (const Peer& p : peers) {
-        tell(p.name.c_str(), double(p.bytes) / primitives, double(vertices.positions.size() * 4) / primitives,
-             p.ms);
+        tell(p.name.c_str(), double(p.bytes) / primitives,
+             double((vertices.positions.size() + vertices.fibres.size()) * 4) / primitives, p.ms);
         tracers.push_back({p.name, [scene = p.scene](const RaySet& r) {
                                return r.coherent ? trace_peer_packets(scene, r.rays, r.any)
                                                  : trace_peer(scene, r.rays, r.any);

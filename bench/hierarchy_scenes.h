@@ -1,4 +1,4 @@
-// What hierarchy_bench traces: grids, and meshes.
+// What hierarchy_bench traces: grids, meshes, and fibres.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,13 @@ struct BenchScene {
     std::vector<TestGrid> grids;
     std::vector<float> positions; // of the mesh
     std::vector<uint32_t> corners;
+    std::vector<float> fibres; // xyz and the radius
+    std::vector<uint32_t> segments;
     Vec3f eye, at, light, light_u, light_v;
     float offset = 0; // of rays that start on it
 
     size_t primitives() const {
-        size_t n = corners.size() / 3;
+        size_t n = corners.size() / 3 + segments.size();
         for (const TestGrid& g : grids)
             n += size_t(g.columns) * size_t(g.rows);
         return n;
@@ -104,6 +106,30 @@ inline BenchScene globe(int n) { // a mesh: triangles whose corners are shaken, 
     s.corners.insert(s.corners.end(), {first, first + 1, first + 2, first + 3, first + 2, first + 1});
     s.eye = {0, 30, -140}, s.at = {0, -10, 0};
     s.light = {-40, 150, -90}, s.light_u = {80, 0, 0}, s.light_v = {0, 0, 80}, s.offset = 0.01f;
+    return s;
+}
+
+inline BenchScene hair(int n) { // a ball with fur, n thousand hairs of eight segments, which curl and narrow
+    BenchScene s;
+    Random random(3);
+    constexpr int Segments = 8;
+    constexpr float Ball = 10, Length = 3, Radius = 0.008f;
+    for (int i = 0; i < 1000 * n; i++) {
+        const Vec3f out = random.direction(), x = normalize(cross(out, Vec3f(0.3f, 1, 0.1f))),
+                    y = cross(out, x);
+        const Vec3f comb = x * 0.6f + y * (0.5f * testing::waves(out * Ball, 0.4f));
+        const float length = Length * random.uniform(0.6f, 1), phase = random.uniform(0, 6.28f);
+        for (int k = 0; k <= Segments; k++) {
+            const float f = float(k) / Segments, curl = 0.12f * f;
+            const Vec3f p = out * (Ball + length * f * (1 - 0.35f * f)) + comb * (length * f * f) +
+                            x * (curl * std::cos(phase + 9 * f)) + y * (curl * std::sin(phase + 9 * f));
+            if (k < Segments)
+                s.segments.push_back(uint32_t(s.fibres.size() / 4));
+            s.fibres.insert(s.fibres.end(), {p.x, p.y, p.z, Radius * (1 - 0.9f * f)});
+        }
+    }
+    s.eye = {0, 6, -26}, s.at = {0, 1, 0};
+    s.light = {-20, 40, -30}, s.light_u = {10, 0, 0}, s.light_v = {0, 0, 10}, s.offset = 1e-4f;
     return s;
 }
 

@@ -134,9 +134,9 @@ class Embree {
 };
 
 // Lattices as the renderer chooses them, for grids and for meshes.
-struct Lattices {
+struct SurfaceLattices {
     Lattice grids, meshes;
-    explicit Lattices(const ClosedSurface& s) {
+    explicit SurfaceLattices(const ClosedSurface& s) {
         const std::vector<GridView> all = testing::views(s.grids);
         const MeshView mesh{s.positions.data(), s.positions.size() / 3, s.corners.data(),
                             s.corners.size() / 3};
@@ -145,7 +145,7 @@ struct Lattices {
     }
 };
 
-ClosedSurface moved_to(const Lattices& lattices, ClosedSurface s) {
+ClosedSurface moved_to(const SurfaceLattices& lattices, ClosedSurface s) {
     const auto move = [](const Lattice& lattice, std::vector<float>& p) {
         for (size_t i = 0; i < p.size(); i += 3) {
             const Vec3f q = lattice.snap({p[i], p[i + 1], p[i + 2]});
@@ -327,7 +327,7 @@ class Tested {
         }
     }
 
-    Lattices m_lattices;
+    SurfaceLattices m_lattices;
     ClosedSurface m_surface;
     Embree m_embree;
     PageMemory m_page;

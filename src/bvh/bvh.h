@@ -1,4 +1,4 @@
-// Ray queries over the store. Large groups lie in pages of our own, wherever they stand or move
+// Ray queries over the store. Large groups and fibres lie in pages of our own, wherever they stand or move
 // (page_scene.h, docs/hierarchy.md). The rest is Embree's (build.cpp): meshes are one geometry each, grids of
 // a group one; instances are one user geometry per group of them, nested by callback. Shapes that change
 // while the shutter is open have a vertex buffer a step; moving instances, here and there, have their bounds
@@ -108,6 +108,17 @@ struct HitPacket {
     }
 };
 
+// Groups that have so much lie in pages of our own, with all of that kind which is in them
+// (docs/hierarchy.md, "In the renderer"). Smaller ones, which caches hold, Embree traces faster, and meshes
+// alone it builds faster.
+struct PagesFrom {
+    uint64_t cells = uint64_t(1) << 22; // of grids
+    uint64_t segments = 1 << 12;        // of fibres; and if they take more than places of the group do
+
+    PagesFrom() = default;
+    PagesFrom(uint64_t both) : cells(both), segments(both) {}
+};
+
 class Scene {
   public:
     struct Build {
@@ -115,10 +126,7 @@ class Scene {
         bool compact = false;   // a third of the memory for a little speed
         bool watertight = true; // no ray passes between polygons that share an edge; a fifth of the speed
         std::function<bool()> cancelled = {}; // asked on any thread while it is built
-        // Groups whose grids have so many cells lie in pages of our own, with all that is in them. Smaller
-        // ones, which caches hold, Embree traces faster, and meshes alone it builds faster
-        // (docs/hierarchy.md, "In the renderer").
-        uint64_t pages_from = uint64_t(1) << 22;
+        PagesFrom pages_from = {};
         uint64_t page_bytes = ~uint64_t(0); // the most of a page: for tests of groups that take several
     };
     // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.

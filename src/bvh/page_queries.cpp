@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "base/paged_memory.h"
+#include "bvh/fibre_joints.h"
 #include "bvh/matrix.h"
 #include "bvh/page_scene.h"
 #include "hierarchy/decode.h"
@@ -101,12 +102,19 @@ class PageScene::Presence {
         if (!place.partly)
             return true;
         const store::Store& store = m_scene.m_store;
-        const Vec3f Ng = hierarchy::corners_of(c.page, c.hit.leaf, c.hit.primitive).normal();
-        return !is_back(store, place.shape, Ng, c.here.d) &&
+        const Vec3f Ng = hierarchy::normal_of(c.page, c.here, c.hit);
+        return !is_back(store, place.shape, Ng, c.here.d) && !is_in_next_segment(store, place, c) &&
                is_present(store, place.shape, place.prim, place.u, place.v, c.hit.t, m_rays.beholders[c.ray]);
     }
 
   private:
+    // Of a fibre: does it lie inside, where another segment goes on?
+    static bool is_in_next_segment(const store::Store& store, const Place& place,
+                                   const hierarchy::Candidate& c) {
+        return hierarchy::is_of_fibres(hierarchy::kind_of(c.hit.leaf)) &&
+               is_inside_fibre(store, place.shape, place.prim, c.here.o, c.here.d, c.hit.t);
+    }
+
     const PageScene& m_scene;
     const Rays& m_rays;
 };
@@ -114,18 +122,19 @@ class PageScene::Presence {
 PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const {
     const Owner& owner = m_owner_of_page[page.number()];
     const Own& own = m_groups[size_t(owner.group)].owns[size_t(owner.own)];
-    if (!hierarchy::is_of_triangles(hierarchy::kind_of(hit.leaf))) {
+    const hierarchy::Kind kind = hierarchy::kind_of(hit.leaf);
+    if (hierarchy::is_of_grids(kind)) {
         const hierarchy::Cell cell = hierarchy::cell_of(page, hit.leaf, hit.primitive / 2);
-        const int shape = own.grids[cell.grid];
+        const int shape = own.grids.shapes[cell.grid];
         const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
         return {shape, 0, (float(cell.column) + hit.u) / float(s.mu), (float(cell.row) + hit.v) / float(s.mv),
-                own.partly_grids[cell.grid] != 0};
+                own.grids.partly[cell.grid] != 0};
     }
-    const uint32_t triangle = page.name(hit.leaf, int(hit.primitive));
-    const auto& first = own.first_triangle;
-    const size_t mesh = size_t(std::upper_bound(first.begin(), first.end(), triangle) - first.begin()) - 1;
-    const int shape = own.meshes[mesh], number = int(triangle - first[mesh]);
-    const bool partly = own.partly_meshes[mesh] != 0;
+    if (hierarchy::is_of_fibres(kind)) {
+        const Numbered::Part segment = own.fibres.part(page.name(hit.leaf, int(hit.primitive / 2)));
+        return {segment.shape, segment.number, hit.u, 0, segment.partly};
+    }
+    const auto [shape, number, partly] = own.meshes.part(page.name(hit.leaf, int(hit.primitive)));
     const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
     const bool is_mesh = s.flags & store::ShapeRecord::Mesh;
     if (is_mesh && !(s.flags & store::ShapeRecord::Quads))
@@ -190,7 +199,17 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
     const Group& group = m_groups[size_t(owner.group)];
     const hierarchy::Page& page = m_world.page(group.owns[size_t(owner.own)].page);
     const Place place = place_of(page, hit);
-    const Vec3f Ng = hierarchy::corners_of(page, hit.leaf, hit.primitive).normal();
+    hierarchy::Ray here{{rays.o.x[lane], rays.o.y[lane], rays.o.z[lane]},
+                        0,
+                        {rays.d.x[lane], rays.d.y[lane], rays.d.z[lane]},
+                        0};
+    if (instanced &&
+        hierarchy::is_of_fibres(hierarchy::kind_of(hit.leaf))) { // whose normals depend on the ray
+        Matrix down{};
+        invert(world_from_here.data(), down.data());
+        here.o = apply(down.data(), here.o, 1), here.d = apply(down.data(), here.d, 0);
+    }
+    const Vec3f Ng = hierarchy::normal_of(page, here, hit);
     hits.hit.v[lane] = -1;
     hits.t.v[lane] = hit.t, hits.u.v[lane] = place.u, hits.v.v[lane] = place.v;
     hits.Ng.x.v[lane] = Ng.x, hits.Ng.y.v[lane] = Ng.y, hits.Ng.z.v[lane] = Ng.z;

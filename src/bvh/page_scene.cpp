@@ -22,6 +22,12 @@ bool stands_with_grids(const store::ShapeRecord& s) {
 const float* positions_of(const store::Store& store, const store::ShapeRecord& s) {
     return store.floats(s) + s.positions;
 }
+bool is_fibre(const store::ShapeRecord& s) {
+    return s.flags & store::ShapeRecord::Fibre;
+}
+hierarchy::FibreView fibre_view(const store::Store& store, const store::ShapeRecord& s) {
+    return {positions_of(store, s), size_t(s.mu), store.words(s) + s.indices, size_t(s.mv)};
+}
 hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s) {
     return {positions_of(store, s),
             size_t(s.mu),
@@ -71,9 +77,12 @@ class CellCorners {
 
 // Of what pages may have, 2 GiB each, at the most that a polygon or an instance takes.
 constexpr uint64_t MostBytes = uint64_t(1) << 31;
-constexpr uint64_t BytesACell = 24, BytesATriangle = 48, BytesAnInstance = 88, BytesAMovingOne = 152;
+constexpr uint64_t BytesACell = 24, BytesATriangle = 48, BytesASegment = 44, BytesAnInstance = 88,
+                   BytesAMovingOne = 152;
 
 uint64_t page_bytes(const store::ShapeRecord& s) {
+    if (is_fibre(s))
+        return uint64_t(s.mv) * BytesASegment;
     if (is_mesh(s))
         return 2 * uint64_t(s.mv) * BytesATriangle;
     const uint64_t cells = uint64_t(s.mu) * uint64_t(s.mv);
@@ -102,7 +111,7 @@ std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
 
 } // namespace
 
-PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least,
+PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& least,
                      uint64_t most_bytes)
     : m_store(store), m_most_bytes(std::min(most_bytes, MostBytes)), m_groups(groups.size()) {
     if (groups.empty())
@@ -111,31 +120,51 @@ PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, uin
     for (size_t g = 0; g < groups.size(); g++) {
         const bool fits = reach[g].bytes < MostBytes;
         if (reach[g].reached)
-            build_group(store, groups, g, fits ? least : std::numeric_limits<uint64_t>::max());
+            build_group(store, groups, g, fits ? least : std::numeric_limits<uint64_t>::max(),
+                        reach[g].bytes);
     }
     m_root = m_groups.back().root;
 }
 
-void PageScene::build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g, uint64_t least) {
-    const GroupDesc& desc = descs[g];
-    Group& group = m_groups[g];
-    group.first_emitter = desc.emitters > 0 ? desc.first_emitter : -1;
-    group.slots = desc.slots;
+// Of the group, what lies in pages.
+std::vector<int> PageScene::choose(const store::Store& store, const GroupDesc& desc, Group& group,
+                                   const PagesFrom& least, uint64_t place_bytes) const {
     const SolidTrees trees(desc.solids);
-    std::vector<int> shapes;
-    uint64_t cells = 0;
-    bool fits = true; // each by itself
+    std::vector<int> surfaces, fibres;
+    uint64_t cells = 0, segments = 0;
+    bool surfaces_fit = true, fibres_fit = true; // each by itself
     for (const auto& range : desc.shapes)
         for (int s = range.first; s < range.first + range.count; s++) {
             const store::ShapeRecord& shape = store.shapes()[size_t(s)];
             if (!can_hold(shape, trees.bounded_by(range.solid)))
                 continue;
-            shapes.push_back(s);
+            const bool fits = page_bytes(shape) < MostBytes;
+            if (is_fibre(shape)) {
+                fibres.push_back(s), fibres_fit &= fits;
+                segments += uint64_t(shape.mv);
+                continue;
+            }
+            surfaces.push_back(s), surfaces_fit &= fits;
             if (!is_mesh(shape) && !has_few_cells(shape))
                 cells += uint64_t(shape.mu) * uint64_t(shape.mv);
-            fits &= page_bytes(shape) < MostBytes;
         }
-    if (!shapes.empty() && cells >= least && fits)
+    group.has_surfaces = !surfaces.empty() && cells >= least.cells && surfaces_fit;
+    group.has_fibres = !fibres.empty() && segments >= least.segments && fibres_fit &&
+                       (group.has_surfaces || least.segments == 0 || segments * BytesASegment >= place_bytes);
+    if (!group.has_surfaces)
+        surfaces.clear();
+    if (group.has_fibres)
+        surfaces.insert(surfaces.end(), fibres.begin(), fibres.end());
+    return surfaces;
+}
+
+void PageScene::build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g,
+                            const PagesFrom& least, uint64_t place_bytes) {
+    const GroupDesc& desc = descs[g];
+    Group& group = m_groups[g];
+    group.first_emitter = desc.emitters > 0 ? desc.first_emitter : -1;
+    group.slots = desc.slots;
+    if (const std::vector<int> shapes = choose(store, desc, group, least, place_bytes); !shapes.empty())
         build_owns(store, g, shapes);
 
     std::vector<hierarchy::Placements> level;
@@ -156,30 +185,49 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
         group.root = m_world.add(level);
 }
 
-// One lattice for all, and as many pages as they need.
-void PageScene::build_owns(store::Store& store, size_t g, const std::vector<int>& shapes) {
+PageScene::Lattices::Lattices(const store::Store& store, std::span<const int> shapes) {
     std::vector<hierarchy::GridView> voters; // those whose cells are a mesh, too
     std::vector<hierarchy::MeshView> polygons, cut;
+    std::vector<hierarchy::FibreView> hairs;
     for (const int shape : shapes) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
-        if (is_mesh(s))
+        if (is_fibre(s))
+            hairs.push_back(fibre_view(store, s));
+        else if (is_mesh(s))
             (stands_with_grids(s) ? cut : polygons).push_back(mesh_view(store, s));
         else
             voters.push_back(grid_view(store, s));
     }
     if (!voters.empty())
         cut.clear(); // whole cells say more about what they need than slivers
-    const hierarchy::Lattice grid_lattice = hierarchy::votes_of({voters, cut}).lattice(),
-                             mesh_lattice = hierarchy::votes_of({{}, polygons, true}).lattice();
-    // What is shaded and what lights are sampled on is what is hit.
+    grids = hierarchy::votes_of({voters, cut}).lattice();
+    meshes = hierarchy::votes_of({{}, polygons, true}).lattice();
+    fibres = hierarchy::fibre_lattice_of(hairs);
+}
+
+// What is shaded and what lights are sampled on is what is hit.
+void PageScene::Lattices::move(store::Store& store, int shape) const {
+    const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+    if (is_fibre(s))
+        return store.move_fibre(shape, [this](float* vertex) {
+            const Vec3f p(vertex[0], vertex[1], vertex[2]);
+            if (!hierarchy::is_somewhere(p))
+                return;
+            const Vec3f to = fibres.places.snap(p);
+            std::copy_n(&to.x, 3, vertex);
+            vertex[3] = fibres.radius(fibres.word(vertex[3]));
+        });
+    const hierarchy::Lattice& lattice = stands_with_grids(s) ? grids : meshes;
+    store.move_vertices(
+        shape, [&lattice](const Vec3f& p) { return hierarchy::is_somewhere(p) ? lattice.snap(p) : p; });
+}
+
+// One lattice for all of a kind, and as many pages as they need.
+void PageScene::build_owns(store::Store& store, size_t g, const std::vector<int>& shapes) {
+    const Lattices lattices(store, shapes);
     tasks::parallel_chunks(shapes.size(), ShapesATask, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++) {
-            const bool with_grids = stands_with_grids(store.shapes()[size_t(shapes[i])]);
-            store.move_vertices(shapes[i],
-                                [&lattice = with_grids ? grid_lattice : mesh_lattice](const Vec3f& p) {
-                                    return hierarchy::is_somewhere(p) ? lattice.snap(p) : p;
-                                });
-        }
+        for (size_t i = begin; i < end; i++)
+            lattices.move(store, shapes[i]);
     });
     for (size_t begin = 0, end; begin < shapes.size(); begin = end) {
         uint64_t bytes = 0;
@@ -188,32 +236,45 @@ void PageScene::build_owns(store::Store& store, size_t g, const std::vector<int>
             if (bytes >= m_most_bytes && end > begin)
                 break;
         }
-        build_own(store, g, std::span(shapes).subspan(begin, end - begin), grid_lattice, mesh_lattice);
+        build_own(store, g, std::span(shapes).subspan(begin, end - begin), lattices);
     }
 }
 
+void PageScene::Numbered::add(int shape, bool is_partly, size_t parts) {
+    shapes.push_back(shape), partly.push_back(is_partly), first.push_back(count);
+    count += uint32_t(parts);
+}
+
+PageScene::Numbered::Part PageScene::Numbered::part(uint32_t name) const {
+    const size_t i = size_t(std::upper_bound(first.begin(), first.end(), name) - first.begin()) - 1;
+    return {shapes[i], int(name - first[i]), partly[i] != 0};
+}
+
 void PageScene::build_own(const store::Store& store, size_t g, std::span<const int> shapes,
-                          const hierarchy::Lattice& of_grids, const hierarchy::Lattice& of_meshes) {
+                          const Lattices& lattices) {
     Own own;
     std::vector<hierarchy::GridView> grids;
     std::vector<hierarchy::MeshView> meshes;
+    std::vector<hierarchy::FibreView> fibres;
     CellCorners corners;
-    uint64_t triangles = 0;
     for (const int shape : shapes) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
-        const bool partly = is_partly_there(store, s);
+        // A ray may start inside of a fibre that lets it through: where segments join is inside too.
+        const bool partly =
+            is_partly_there(store, s) || (is_fibre(s) && store.programs()[size_t(s.program)].lets_through());
         m_partly |= partly;
-        if (!is_mesh(s) && !has_few_cells(s)) {
-            own.grids.push_back(shape), own.partly_grids.push_back(partly);
+        if (is_fibre(s)) {
+            fibres.push_back(fibre_view(store, s));
+            own.fibres.add(shape, partly, fibres.back().segments);
+        } else if (!is_mesh(s) && !has_few_cells(s)) {
+            own.grids.shapes.push_back(shape), own.grids.partly.push_back(partly);
             grids.push_back(grid_view(store, s));
-            continue;
+        } else {
+            meshes.push_back(is_mesh(s) ? mesh_view(store, s) : corners.mesh_view(store, s));
+            own.meshes.add(shape, partly, meshes.back().triangles());
         }
-        own.meshes.push_back(shape), own.partly_meshes.push_back(partly);
-        meshes.push_back(is_mesh(s) ? mesh_view(store, s) : corners.mesh_view(store, s));
-        own.first_triangle.push_back(uint32_t(triangles));
-        triangles += meshes.back().triangles();
     }
-    m_memory.push_back(hierarchy::build({grids, meshes}, {of_grids, of_meshes}));
+    m_memory.push_back(hierarchy::build({grids, meshes, false, fibres}, lattices));
     if (m_memory.back().page().header().root == hierarchy::NoRef) {
         m_memory.pop_back(); // all of it is nowhere
         return;

@@ -1,6 +1,6 @@
-// What of a scene lies in pages of our own hierarchy: grids and meshes that do not change, of groups that
-// have many of them, and instances of such groups, which may move. The rest is Embree's (build.cpp): small
-// groups, shapes that change, fibres and the surfaces of solids.
+// What of a scene lies in pages of our own hierarchy: grids, meshes and fibres that do not change, of groups
+// that have many of them, and instances of such groups, which may move. The rest is Embree's (build.cpp):
+// small groups, shapes that change, and the surfaces of solids.
 #pragma once
 
 #include "bvh/matrix.h"
@@ -13,10 +13,10 @@ namespace kanuka::bvh {
 
 class PageScene {
   public:
-    // Groups whose grids have fewer cells than `least` are left out. Vertices are moved to where pages have
-    // them, in the store too. In parallel; the same bytes for any number of threads. `most_bytes`: of a page,
-    // but for a single shape; less than what pages may have for tests of groups that take several.
-    PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least,
+    // Groups that have less than `least` are left out. Vertices are moved to where pages have them, in the
+    // store too. In parallel; the same bytes for any number of threads. `most_bytes`: of a page, but for a
+    // single shape; less than what pages may have for tests of groups that take several.
+    PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& least,
               uint64_t most_bytes = ~uint64_t(0));
     PageScene(const PageScene&) = delete;
 
@@ -24,7 +24,9 @@ class PageScene {
     // Of a shape of a group, which bounds solid `solid` (-1 = none), wherever the group bounds none as a
     // whole.
     bool holds(size_t group, const store::ShapeRecord& shape, int solid) const {
-        return !m_groups[group].owns.empty() && can_hold(shape, solid);
+        const Group& g = m_groups[group];
+        return (shape.flags & store::ShapeRecord::Fibre ? g.has_fibres : g.has_surfaces) &&
+               can_hold(shape, solid);
     }
     Bounds3f bounds() const;
     uint64_t bytes() const;
@@ -49,14 +51,34 @@ class PageScene {
 
         Matrix place(uint32_t number, float time) const;
     };
-    struct Own {                                          // a page of shapes
-        std::vector<int> grids, meshes;                   // as the page numbers them; few cells are a mesh
-        std::vector<uint32_t> first_triangle;             // of each mesh
-        std::vector<uint8_t> partly_grids, partly_meshes; // there for some rays alone
+    // Shapes of a page, as it numbers them. Partly: there for some rays alone.
+    struct Grids {
+        std::vector<int> shapes;
+        std::vector<uint8_t> partly;
+    };
+    struct Numbered : Grids {        // meshes, and fibres
+        std::vector<uint32_t> first; // face or segment of each shape
+        uint32_t count = 0;          // of them
+
+        void add(int shape, bool is_partly, size_t parts);
+        struct Part {
+            int shape, number;
+            bool partly;
+        };
+        Part part(uint32_t name) const;
+    };
+    struct Own { // a page of shapes
+        Grids grids;
+        Numbered meshes, fibres; // few cells are a mesh
         uint32_t page = None;
+    };
+    struct Lattices : hierarchy::Lattices { // of a group
+        Lattices(const store::Store& store, std::span<const int> shapes);
+        void move(store::Store& store, int shape) const;
     };
     struct Group {
         std::vector<Own> owns; // one, where all fits into a page
+        bool has_surfaces = false, has_fibres = false;
         std::vector<Run> runs;
         int first_emitter, slots; // first_emitter: -1 = its own have no numbers
         uint32_t root = None;     // the page of its shapes, or the level of those and its instances
@@ -71,16 +93,20 @@ class PageScene {
     };
     class Presence;
     static bool can_hold(const store::ShapeRecord& shape, int solid) {
-        return solid < 0 && !(shape.flags & store::ShapeRecord::Fibre) && shape.motion_segments == 0;
+        return solid < 0 && shape.motion_segments == 0;
     }
 
     // Where a hit lies; tells step(run, number in the run) of each instance on the way.
     template <class Step>
     Owner follow(const hierarchy::InstancePath& path, const Step& step) const;
-    void build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g, uint64_t least);
+    // `place_bytes`: what places of the group take in one other group, at the most.
+    void build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g, const PagesFrom& least,
+                     uint64_t place_bytes);
+    std::vector<int> choose(const store::Store& store, const GroupDesc& desc, Group& group,
+                            const PagesFrom& least, uint64_t place_bytes) const;
     void build_owns(store::Store& store, size_t g, const std::vector<int>& shapes);
     void build_own(const store::Store& store, size_t g, std::span<const int> shapes,
-                   const hierarchy::Lattice& of_grids, const hierarchy::Lattice& of_meshes);
+                   const Lattices& lattices);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
     template <int W>
     void put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hit,

@@ -47,17 +47,18 @@ bool LayeringProgram::emission_depends_on(const std::function<bool(int slot)>& p
     return std::any_of(found.begin(), found.end(), [](const auto& node) { return node.second; });
 }
 
+bool LayeringProgram::lets_through() const {
+    return presence >= 0 || interior || std::ranges::any_of(nodes, [](const LayerNode& n) {
+               const LobeKind kind = n.op == LayerOp::Lobe ? lobe(n.lobe).kind : LobeKind::Reflection;
+               return kind == LobeKind::Transmission || kind == LobeKind::ReflectionTransmission;
+           });
+}
+
 bool LayeringProgram::is_layer() const {
-    bool passes = presence >= 0;
-    for (const LayerNode& n : nodes) {
-        if (n.op != LayerOp::Lobe)
-            continue;
-        if (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1)
-            return false;
-        const LobeKind kind = lobe(n.lobe).kind;
-        passes |= kind == LobeKind::Transmission || kind == LobeKind::ReflectionTransmission;
-    }
-    return passes && !interior;
+    const bool refracts = std::ranges::any_of(nodes, [](const LayerNode& n) {
+        return n.op == LayerOp::Lobe && n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1;
+    });
+    return lets_through() && !refracts && !interior;
 }
 
 bool LayeringProgram::needs_tangent() const {

@@ -98,8 +98,10 @@ struct LayeringProgram {
     bool emits_along_normals() const;
     // Does what is emitted depend on a slot with that property?
     bool emission_depends_on(const std::function<bool(int slot)>& property) const;
+    // Does it let light through, by presence, a lobe, or what is inside?
+    bool lets_through() const;
     // Has its surface two sides but nothing between them, so that a fibre of it is passed in one step? It
-    // lets light through, by presence or a lobe, and none of them is the border of something that refracts.
+    // lets light through, and no lobe is the border of something that refracts.
     bool is_layer() const;
     bool needs_tangent() const; // a lobe has a direction on the surface: the record holds that of dPdu
     std::string key() const;    // two materials with the same key run the same code on the same record

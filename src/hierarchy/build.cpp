@@ -84,19 +84,17 @@ StepVotes votes_of(const Content& content) {
 
 FibreLattice fibre_lattice_of(std::span<const FibreView> fibres) {
     constexpr size_t SegmentsATask = 65536;
-    StepVotes all;
-    float largest = 0;
+    FibreVotes all;
     for (const FibreView& f : fibres) {
-        std::vector<StepVotes> votes((f.segments + SegmentsATask - 1) / SegmentsATask);
-        std::vector<float> radius(votes.size());
+        std::vector<FibreVotes> votes((f.segments + SegmentsATask - 1) / SegmentsATask);
         tasks::parallel_chunks(f.segments, SegmentsATask, [&](size_t begin, size_t end) {
             for (size_t s = begin; s < end; s++)
-                FibreLeaves::vote(f, s, votes[begin / SegmentsATask], radius[begin / SegmentsATask]);
+                FibreLeaves::vote(f, s, votes[begin / SegmentsATask]);
         });
-        for (size_t i = 0; i < votes.size(); i++)
-            all.add(votes[i]), largest = std::max(largest, radius[i]);
+        for (const FibreVotes& v : votes)
+            all.add(v);
     }
-    return FibreLattice::of(all.lattice(), largest);
+    return all.lattice();
 }
 
 PageMemory build(const Content& content, const Lattice& lattice) {

@@ -79,8 +79,7 @@ Segment segment_of(const Page& page, Ref leaf, uint32_t number) {
         const Fibre48& l = page.at<Fibre48>(leaf);
         for (int e = 0; e < 2; e++)
             for (int a = 0; a < 3; a++)
-                s.end[e][a] =
-                    (float(l.coordinate[a][e][i]) + float(l.frame[a] >> 8)) * unit_of(l.frame);
+                s.end[e][a] = (float(l.coordinate[a][e][i]) + float(l.frame[a] >> 8)) * unit_of(l.frame);
         set_radii(l);
     } else {
         const FibreFloat& l = page.at<FibreFloat>(leaf);

@@ -1,16 +1,16 @@
 // Leaves of up to eight segments of fibres against one ray: all at once.
 //
-// A segment is all balls whose centre c(s) = p0 + s a and radius r(s) = r0 + s b belong together, for s from 0
-// to 1. A ray meets ball s where r(s)^2 is not below the square of its distance D(s) from the centre:
+// A segment is all balls whose centre c(s) = p0 + s a and radius r(s) = r0 + s b belong together, for s from
+// 0 to 1. A ray meets ball s where r(s)^2 is not below the square of its distance D(s) from the centre:
 //
 //     F(s) = r(s)^2 - D(s)^2 = A + 2 B s - C s^2 >= 0,
 //
-// from z(s) - sqrt(F(s)) on to z(s) + sqrt(F(s)), where z(s) = z0 + s az is how far along the ray the centre lies.
-// It enters the segment at the least of the former, where the derivative is zero or at an end, and leaves it at
-// the largest of the latter. So the round ends need no case of their own, s tells which ball is met, and F is
-// taken at s from the ball itself: an error of s is of second order. As usual (Embree, and Inigo Quilez's
-// "Rounded Cone - intersection", 2018) cone and balls are three quadratic equations, whose coefficients lose as
-// many digits as the segment is longer than wide, squared.
+// from z(s) - sqrt(F(s)) on to z(s) + sqrt(F(s)), where z(s) = z0 + s az is how far along the ray the centre
+// lies. It enters the segment at the least of the former, where the derivative is zero or at an end, and
+// leaves it at the largest of the latter. So the round ends need no case of their own, s tells which ball is
+// met, and F is taken at s from the ball itself: an error of s is of second order. As usual (Embree, and
+// Inigo Quilez's "Rounded Cone - intersection", 2018) cone and balls are three quadratic equations, whose
+// coefficients lose as many digits as the segment is longer than wide, squared.
 #pragma once
 
 #include "hierarchy/leaf_lanes.h"
@@ -18,8 +18,8 @@
 namespace kanuka::hierarchy {
 
 inline Int<8> eight_of_16_bits(const uint16_t* at) {
-    return Int<8>((NativeLanes<8>::I)_mm256_cvtepu16_epi32(
-        _mm_loadu_si128(reinterpret_cast<const __m128i*>(at))));
+    return Int<8>(
+        (NativeLanes<8>::I)_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at))));
 }
 template <class Leaf>
 Float<8> radii_of(const Leaf& leaf, int end) {
@@ -106,7 +106,8 @@ class KeptFibres {
 class AcrossRay {
   public:
     explicit AcrossRay(const TracedRay& ray) : m_sx(-ray.minus_slope[0]), m_sy(-ray.minus_slope[1]) {
-        const float of_y = 1 + m_sy * m_sy, squared = of_y + m_sx * m_sx; // of the direction that is 1 along z
+        const float of_y = 1 + m_sy * m_sy,
+                    squared = of_y + m_sx * m_sx; // of the direction that is 1 along z
         m_skew = m_sx * m_sy / of_y;
         m_x = __builtin_sqrtf(of_y / squared), m_y = 1 / __builtin_sqrtf(of_y);
         const float per_length = 1 / __builtin_sqrtf(squared);
@@ -149,15 +150,15 @@ class FibresSeen {
         m_r = reader.radius(0), m_b = reader.radius(1) - m_r;
         m_t_of_z = Float<8>(across.t_of_z);
 
-        const Float<8> zero(0.0f), squared_z = m_a.z * m_a.z,
-                       C = m_a.x * m_a.x + m_a.y * m_a.y - m_b * m_b,
-                       D = max(C + squared_z, Float<8>(1e-37f));
+        const Float<8> zero(0.0f), squared_z = m_a.z * m_a.z, C = m_a.x * m_a.x + m_a.y * m_a.y - m_b * m_b,
+                                   D = max(C + squared_z, Float<8>(1e-37f));
         // From the ball that the ray comes closest to on, A and B are small, and lose nothing to each other.
         const Float<8> s0 = clamped((m_r * m_b - m_p.x * m_a.x - m_p.y * m_a.y) / C),
                        x = fma(s0, m_a.x, m_p.x), y = fma(s0, m_a.y, m_p.y), r = fma(s0, m_b, m_r),
                        A = r * r - x * x - y * y,
                        B = r * m_b - x * m_a.x - y * m_a.y + zero; // not -0: its sign is asked for
-        // Derivatives are zero at s0 + (B -+ w) / C; of the two that which loses digits is known by the other.
+        // Derivatives are zero at s0 + (B -+ w) / C; of the two that which loses digits is known by the
+        // other.
         const Float<8> w = m_a.z * sqrt(max(B * B + A * C, zero) / D);
         const Float<8> sum = B + copysign(w, B), far = sum / C,
                        near = select(sum == zero, far, (B * B - squared_z * A) / (D * sum));

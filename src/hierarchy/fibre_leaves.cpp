@@ -20,6 +20,33 @@ Bounds3f box_of(const Vec3f (&end)[2], const float (&radius)[2]) {
 
 } // namespace
 
+void FibreVotes::add(const Vec3f& leaf_extent, float radius) {
+    m_steps.add(leaf_extent);
+    m_largest = std::max(m_largest, radius);
+    if (radius > 0)
+        m_radii[size_t(exponent_of(radius) + 127)]++;
+}
+
+void FibreVotes::add(const FibreVotes& other) {
+    m_steps.add(other.m_steps);
+    m_largest = std::max(m_largest, other.m_largest);
+    for (size_t i = 0; i < m_radii.size(); i++)
+        m_radii[i] += other.m_radii[i];
+}
+
+FibreLattice FibreVotes::lattice() const {
+    uint64_t all = 0, finer = 0;
+    for (const uint64_t n : m_radii)
+        all += n;
+    Lattice lattice = m_steps.lattice();
+    for (size_t i = 0; i < m_radii.size() && all > 0; i++)
+        if ((finer += m_radii[i]) * 10 > all) {
+            lattice.exponent = std::clamp(int(i) - 127 - 1, int(Lattice::LeastExponent), lattice.exponent);
+            break;
+        }
+    return FibreLattice::of(lattice, m_largest);
+}
+
 FibreLeaves::FibreLeaves(std::span<const FibreView> fibres, const FibreLattice& lattice)
     : m_fibres(fibres), m_lattice(lattice) {
     uint64_t segments = 0;
@@ -155,17 +182,15 @@ void FibreLeaves::names(const Group& group, int i, uint32_t (&to)[LeafSegments])
 }
 
 // Leaves are not known yet: of segments side by side they are about as long as those and half as wide.
-void FibreLeaves::vote(const FibreView& fibre, size_t segment, StepVotes& votes, float& largest) {
+void FibreLeaves::vote(const FibreView& fibre, size_t segment, FibreVotes& votes) {
     Segment s;
     if (!find(fibre, segment, s))
         return;
     Bounds3f box;
-    for (int e = 0; e < 2; e++) {
-        box.extend(s.end[e]);
-        largest = std::max(largest, s.radius[e]);
-    }
+    for (const Vec3f& p : s.end)
+        box.extend(p);
     const Vec3f size = box.diagonal();
-    votes.add(size + Vec3f(0.5f * max(max(size.x, size.y), size.z)));
+    votes.add(size + Vec3f(0.5f * max(max(size.x, size.y), size.z)), max(s.radius[0], s.radius[1]));
 }
 
 } // namespace kanuka::hierarchy

@@ -9,6 +9,20 @@
 
 namespace kanuka::hierarchy {
 
+// What segments wish their lattice to be.
+class FibreVotes {
+  public:
+    void add(const Vec3f& leaf_extent, float radius); // the larger of a segment
+    void add(const FibreVotes& other);
+    // Steps are half as wide as radii at the most, but for a tenth of the segments: tips, and finer hairs.
+    FibreLattice lattice() const;
+
+  private:
+    StepVotes m_steps;
+    std::array<uint64_t, 256> m_radii{}; // by exponent, biased
+    float m_largest = 0;
+};
+
 class FibreLeaves {
   public:
     FibreLeaves(std::span<const FibreView> fibres, const FibreLattice& lattice);
@@ -18,8 +32,7 @@ class FibreLeaves {
     // Segments of a leaf, counted through all fibres; the last is repeated.
     void names(const Group& group, int i, uint32_t (&to)[LeafSegments]) const;
 
-    // `largest`: of the radii so far.
-    static void vote(const FibreView& fibre, size_t segment, StepVotes& votes, float& largest);
+    static void vote(const FibreView& fibre, size_t segment, FibreVotes& votes);
 
   private:
     struct Segment {

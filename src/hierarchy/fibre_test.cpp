@@ -47,8 +47,8 @@ struct Tested {
     Page page() const { return memory.page(); }
 };
 
-// Where a line is in a segment: of the quadric of the cone that touches both balls, between its two circles, and
-// of the balls.
+// Where a line is in a segment: of the quadric of the cone that touches both balls, between its two circles,
+// and of the balls.
 struct Span {
     double enter = INFINITY, leave = -INFINITY;
     bool empty() const { return !(enter <= leave); }
@@ -73,10 +73,12 @@ Span span_of(const Segment& s, const Ray& ray) {
     }
     const Point axis = Point(s.end[1]) - Point(s.end[0]), from = o - Point(s.end[0]);
     const double r = double(s.radius[0]), grows = double(s.radius[1]) - r, mm = dot(axis, axis);
-    const double slope = mm - grows * grows; // of the cone: points q with q^2 slope = (q . axis + r grows)^2 ...
+    const double slope =
+        mm - grows * grows; // of the cone: points q with q^2 slope = (q . axis + r grows)^2 ...
     if (slope <= 0)
         return in;
-    // |q|^2 - r^2 - (q . axis + r grows)^2 / slope = 0: the largest over s of r(s)^2 - |q - s axis|^2 is zero.
+    // |q|^2 - r^2 - (q . axis + r grows)^2 / slope = 0: the largest over s of r(s)^2 - |q - s axis|^2 is
+    // zero.
     const double md = dot(axis, d), mf = dot(axis, from) + r * grows;
     add_roots(dd - md * md / slope, dot(from, d) - md * mf / slope, dot(from, from) - r * r - mf * mf / slope,
               [&](double t) {
@@ -86,7 +88,8 @@ Span span_of(const Segment& s, const Ray& ray) {
     return in;
 }
 
-// Hairs of all lengths and widths, straight, bent, pointed; some of one point, some with one end in the other.
+// Hairs of all lengths and widths, straight, bent, pointed; some of one point, some with one end in the
+// other.
 Fibres tangle(unsigned seed, int count, float size = 1, const Vec3f& at = Vec3f(0.0f)) {
     Random random(seed);
     Fibres f;
@@ -94,7 +97,8 @@ Fibres tangle(unsigned seed, int count, float size = 1, const Vec3f& at = Vec3f(
         Vec3f p = at + random.in_box(size), d = random.direction();
         std::vector<Vec3f> points;
         std::vector<float> radii;
-        const float length = size * random.uniform(0.02f, 0.3f), radius = size * random.uniform(0.001f, 0.02f);
+        const float length = size * random.uniform(0.02f, 0.3f),
+                    radius = size * random.uniform(0.001f, 0.02f);
         const int n = 2 + int(random.below(5));
         for (int k = 0; k < n; k++) {
             points.push_back(p);
@@ -120,7 +124,8 @@ std::vector<Ray> rays_at(const Tested& t, unsigned seed, int count, float size =
         r.o = at + random.in_box(2 * size);
         r.d = target + random.in_box(2 * s.radius[0]) - r.o;
         if (i % 16 == 7) // along a segment
-            r.d = s.end[1] - s.end[0], r.o = s.end[0] - r.d * random.uniform(0.5f, 2) + random.in_box(s.radius[0]);
+            r.d = s.end[1] - s.end[0],
+            r.o = s.end[0] - r.d * random.uniform(0.5f, 2) + random.in_box(s.radius[0]);
         if (i % 16 == 8) { // from inside of one
             r.o = s.end[0] + (s.end[1] - s.end[0]) * random.uniform() + random.in_box(0.4f * s.radius[0]);
             r.d = random.direction() * size;
@@ -164,7 +169,8 @@ void expect_right(const Tested& t, const std::vector<Ray>& rays) {
             if (here < best)
                 best = here, which = n;
             inner = std::min(inner, thin);
-            near |= std::isfinite(wide) != std::isfinite(thin) || std::abs(wide - thin) * reach > 1e-3 * reach;
+            near |=
+                std::isfinite(wide) != std::isfinite(thin) || std::abs(wide - thin) * reach > 1e-3 * reach;
         }
         const Hit& h = hits[i];
         if (h.found() != std::isfinite(best)) {
@@ -266,7 +272,9 @@ TEST(Fibres, AreLeftWhereTheyWereNotEntered) {
     f.add({{-1, 0, 0}, {1, 0, 0}}, {0.25f, 0.25f});
     const Tested t(f);
     OnlyExits exits;
-    const Ray rays[] = {{{0, 0, 3}, 0, {0, 0, -1}}, {{0, 0, 3}, 2.9f, {0, 0, -1}}, {{0, 0, 3}, 3.3f, {0, 0, -1}},
+    const Ray rays[] = {{{0, 0, 3}, 0, {0, 0, -1}},
+                        {{0, 0, 3}, 2.9f, {0, 0, -1}},
+                        {{0, 0, 3}, 3.3f, {0, 0, -1}},
                         {{3, 0, 0}, 0, {-1, 0, 0}}};
     Hit hits[4];
     find_closest<8>(t.page(), std::span(rays), std::span(hits), exits);
@@ -317,8 +325,7 @@ TEST(Fibres, ThatAreNowhereAreLeftOut) {
     const Header& h = memory.page().header();
     for (int k = int(Kind::Fibre32); k <= int(Kind::FibreFloat); k++) {
         const Section& s = h.section[k];
-        const uint32_t* names =
-            reinterpret_cast<const uint32_t*>(memory.page().bytes() + s.names);
+        const uint32_t* names = reinterpret_cast<const uint32_t*>(memory.page().bytes() + s.names);
         const uint64_t each = UnitsOf[k] * UnitBytes;
         for (uint64_t i = 0; i + each <= s.leaf_bytes; i += each)
             for (uint64_t n = 0; n < 8; n++)

@@ -27,8 +27,8 @@ enum class Kind : uint32_t {
     FibreFloat,
     Count,            // of kinds that pages of files have
     Instance = Count, // a place of another page (instances.h): levels of them are made in memory
-    Moving,     // likewise, where some of a node's eight move
-    Met         // of stacks alone: such a place whose box the ray has met
+    Moving,           // likewise, where some of a node's eight move
+    Met               // of stacks alone: such a place whose box the ray has met
 };
 
 constexpr bool is_of_triangles(Kind kind) {
@@ -142,8 +142,8 @@ struct Triangle48 {
 static_assert(sizeof(Triangle48) == 160);
 
 // A segment of a fibre: all balls between two, whose centres and radii change evenly from the one to the
-// other. Of radii 12 bits are left; a word counts them from the page's least on, as floats are ordered: radius =
-// float of the bits (least_radius + word) << 12.
+// other. Of radii 12 bits are left; a word counts them from the page's least on, as floats are ordered:
+// radius = float of the bits (least_radius + word) << 12.
 inline constexpr int LeafSegments = 8;
 struct Fibre32 {
     uint32_t end[2][LeafSegments];

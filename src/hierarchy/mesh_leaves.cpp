@@ -87,8 +87,7 @@ Kind MeshLeaves::kind_of_group(const Group& group) const {
         const Vec3f box[2] = {group.box[i].lo, group.box[i].hi};
         const bool near = m_finest.exponent_at(box[0]) == m_finest.exponent &&
                           m_finest.exponent_at(box[1]) == m_finest.exponent;
-        const Frame frame =
-            near ? Frame(m_finest, box) : Frame(m_finest, points(m_leaves.leaf(group, i)).at);
+        const Frame frame = near ? Frame(m_finest, box) : Frame(m_finest, points(m_leaves.leaf(group, i)).at);
         if (frame.fields() >= 0)
             continue;
         if (!frame.holds_48())

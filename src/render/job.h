@@ -29,7 +29,7 @@ struct Job {
     MemoryBudget memory_budget;   // what is large may take no more of them
     uint64_t geometry_memory;     // memory, or, with a budget, what the disk has room for
     size_t store_window;
-    uint64_t pages_from;
+    bvh::PagesFrom pages_from;
     store::DiskStore::Settings store; // no folder = none
     std::string oracle;               // file; empty = none
     float shading_rate;

@@ -128,8 +128,8 @@ struct Making {
         // Where pixels stop is decided by what the picture looks like.
         const float exposure = job.options.adaptive > 0 ? float(world->color().exposure.factor()) : 0.0f;
         return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, exposure, job.camera,
-                         job.shot, job.shading_rate, job.pages_from, job.aovs.names(), job.aovs.expressions(),
-                         world->classic(), lighting->key());
+                         job.shot, job.shading_rate, job.pages_from.cells, job.pages_from.segments,
+                         job.aovs.names(), job.aovs.expressions(), world->classic(), lighting->key());
     }
 
     Development how() const {

@@ -35,12 +35,12 @@ struct Overrides {
     std::optional<uint64_t> memory;    // bytes that there are; unset = the machine's
     std::optional<uint64_t>
         page_memory; // bytes of pages that are kept for update(); unset = a quarter of that
-    std::optional<store::DiskStore::Settings> store;      // unset = the environment's; no folder = none
-    std::optional<MemoryBudget> memory_budget;            // unset = the environment's
-    std::string oracle;                                   // file of a dicing oracle; empty = none
-    bool records_oracle = false;                          // for Session::save_oracle()
-    size_t store_window = store::Store::LargestWindow;    // words; less, for tests of what lies beyond
-    uint64_t pages_from = bvh::Scene::Build().pages_from; // cells; less, for tests of small scenes
+    std::optional<store::DiskStore::Settings> store;   // unset = the environment's; no folder = none
+    std::optional<MemoryBudget> memory_budget;         // unset = the environment's
+    std::string oracle;                                // file of a dicing oracle; empty = none
+    bool records_oracle = false;                       // for Session::save_oracle()
+    size_t store_window = store::Store::LargestWindow; // words; less, for tests of what lies beyond
+    bvh::PagesFrom pages_from;                         // less, for tests of small scenes
 };
 
 // A picture of a scene, and what it was made from: prepared once, traced in steps, developed whenever

@@ -209,8 +209,8 @@ void World::build_bvh() {
     m_job.progress->update("build", 0);
     const int times = std::max(1, int(m_camera.motion.size() / 12));
     Digester key;
-    key(m_geometry->key, m_job.options.watertight, times, m_camera.origin, m_job.pages_from,
-        m_job.memory_budget.bytes > 0, m_kept->of_color);
+    key(m_geometry->key, m_job.options.watertight, times, m_camera.origin, m_job.pages_from.cells,
+        m_job.pages_from.segments, m_job.memory_budget.bytes > 0, m_kept->of_color);
     for (const bvh::Scene::Plane& p : m_clips)
         key(p.point, p.normal);
     m_of_bvh = key.digest();

@@ -203,6 +203,14 @@ void Store::move_vertices(int shape, const std::function<Vec3f(const Vec3f&)>& t
     }
 }
 
+void Store::move_fibre(int shape, const std::function<void(float*)>& move) {
+    const ShapeRecord& s = m_shapes[size_t(shape)];
+    float* const vertices =
+        reinterpret_cast<float*>(m_windows[size_t(window(s.program))].words) + s.positions;
+    for (size_t v = 0; v < size_t(s.mu); v++)
+        move(vertices + 4 * v);
+}
+
 float Store::presence(int shape, int prim, float u, float v) const {
     return number(m_presence[size_t(m_shapes[size_t(shape)].program)], shape, prim, u, v);
 }

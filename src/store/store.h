@@ -225,6 +225,9 @@ class Store {
     // Gives the traced vertices of a still shape, no fibre, new places: to(place). Emitters go along and keep
     // their power. Thread safety: for different shapes at the same time.
     void move_vertices(int shape, const std::function<Vec3f(const Vec3f&)>& to);
+    // Those of a still fibre with their radii: move(place and radius). What it emits stays where it was,
+    // since no place on it is ever chosen.
+    void move_fibre(int shape, const std::function<void(float*)>& move);
     const LargeVector<Emitter>& emitters() const { return m_emitters; }
     uint64_t grid_bytes() const { return m_grid_bytes; }
     uint64_t input_bytes() const { return m_input_bytes; }

@@ -127,8 +127,8 @@ class SurfaceStage : public SurfaceLight<W> {
         cast_to_light(s, light, f, contribution, m, {}, m_at.batch.reversed_progression);
     }
 
-    // The probability that roulette continues a path. The square root keeps more of the dim ones: what it adds to
-    // the time is less than what it takes from the noise (docs/transport.md, "Where the time goes").
+    // The probability that roulette continues a path. The square root keeps more of the dim ones: what it
+    // adds to the time is less than what it takes from the noise (docs/transport.md, "Where the time goes").
     static F survival(const S& throughput, F ratios) {
         const F relative = bsdf::max_component(throughput) * F(float(Wavelengths)) / ratios;
         return min(sqrt(relative), F(0.95f));
