@@ -7,8 +7,8 @@ import statistics
 import intervals
 from settings import Found, Say, Settings, built, lines_of
 
-SCENES = ("terrain", "cave", "mesh", "globe")
-QUICK_SIZE = {"terrain": 6, "cave": 6, "mesh": 4, "globe": 40}
+SCENES = ("terrain", "cave", "mesh", "globe", "hair")
+QUICK_SIZE = {"terrain": 6, "cave": 6, "mesh": 4, "globe": 40, "hair": 4}
 OURS = "pages, 8 lanes"
 ROUNDS = 7
 

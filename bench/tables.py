@@ -99,7 +99,7 @@ def hierarchy(results: Results) -> str:
             robust = [intervals.Interval(**r) for name, r in rays["against"].items() if name.endswith("robust")]
             best = min((intervals.Interval(**r) for r in rays["against"].values()), key=lambda r: -r.value)
             rows.append([scene, rays["name"], f"{rays['ns']:.0f} ns", times(robust[0]), times(robust[-1]), times(best)])
-    heads = ["", "rays", "pages", "of Embree GRID (meshes: TRIANGLE), robust", "of QUAD, robust", "of the fastest"]
+    heads = ["", "rays", "pages", "of Embree GRID (meshes: TRIANGLE, hair: ROUND_LINEAR_CURVE), robust", "of QUAD, robust", "of the fastest"]
     return table(heads, rows)
 
 
@@ -117,7 +117,7 @@ def hierarchy_bytes(results: Results) -> str:
         for each in found["tracers"]
         if "robust" in each["tracer"] or not each["tracer"].startswith("Embree")
     ]
-    return table(["", "", "cells or triangles", "bytes each", "positions", "built in"], rows)
+    return table(["", "", "cells, triangles or segments", "bytes each", "positions", "built in"], rows)
 
 
 def instances(results: Results) -> str:

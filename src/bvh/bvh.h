@@ -113,7 +113,7 @@ struct HitPacket {
 // alone it builds faster.
 struct PagesFrom {
     uint64_t cells = uint64_t(1) << 22; // of grids
-    uint64_t segments = 1 << 12;        // of fibres; and if they take more than places of the group do
+    uint64_t segments = 1 << 16;        // of fibres; and if they take more than places of the group do
 
     PagesFrom() = default;
     PagesFrom(uint64_t both) : cells(both), segments(both) {}

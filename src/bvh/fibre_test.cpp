@@ -281,9 +281,8 @@ TEST_P(Fibres, AreOneLayerOfWhatIsPartlyThere) {
 }
 
 // Of clear glass a fibre has one surface: rays go in and out of it by turns, as often as points along them
-// are nearer to its axis than its radius, wherever segments join. (Embree has the ends of all segments: they
-// are told nothing of each other.)
-TEST(FibresInPages, HaveNoSurfacesInside) {
+// are nearer to its axis than its radius, wherever segments join.
+TEST_P(Fibres, HaveNoSurfacesInside) {
     scene::Curves c;
     c.cubic = false;
     c.vertices_per_curve = std::vector<int32_t>{6};
@@ -295,7 +294,7 @@ TEST(FibresInPages, HaveNoSurfacesInside) {
         floats("constantwidth", scene::Type::Float, scene::Detail::Constant, {0.04f}));
     slab.options = dice::test::looking(4, 40);
     slab.program.nodes[0].lobe = grid::LobeId::MicrosurfaceDielectricBsdfRgb_v1;
-    const Traced traced(slab, true);
+    const Traced traced(slab, GetParam());
     ASSERT_TRUE(traced.fibres());
     float radius = 0;
     const std::vector<Vec3f> axis = traced.axis(radius);

@@ -36,17 +36,19 @@ uint32_t by_tiles(uint32_t n) {
     return y * Row + x;
 }
 
-template <int W>
-void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool times, bool beholders) {
+// `left(packet, lane)`: up to where the lane's ray goes; 0 or less = it does not.
+template <int W, class Left>
+void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool times, bool beholders, const Left& left) {
     const uint32_t count = uint32_t(packets.size()) * W, in_tiles = count / (Row * Tile) * (Row * Tile);
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t lane = n < in_tiles ? by_tiles(n) : n;
         const int i = int(lane % W);
-        if (!packets[lane / W].active[i])
-            continue;
         const RayPacket<W>& r = packets[lane / W];
+        const float t_max = r.active[i] ? left(lane / W, i) : 0;
+        if (t_max <= 0)
+            continue;
         to.rays.push_back(
-            {{r.o.x[i], r.o.y[i], r.o.z[i]}, r.t_min[i], {r.d.x[i], r.d.y[i], r.d.z[i]}, r.t_max[i]});
+            {{r.o.x[i], r.o.y[i], r.o.z[i]}, r.t_min[i], {r.d.x[i], r.d.y[i], r.d.z[i]}, t_max});
         to.lanes.push_back(lane);
         if (times)
             to.times.push_back(r.time[i]);
@@ -215,11 +217,12 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
     hits.Ng.x.v[lane] = Ng.x, hits.Ng.y.v[lane] = Ng.y, hits.Ng.z.v[lane] = Ng.z;
     hits.shape.v[lane] = place.shape, hits.prim.v[lane] = place.prim;
     hits.instanced.v[lane] = instanced;
+    hits.variation.v[lane] = variation;
+    hits.magnitude.v[lane] = 0, hits.slot_shift.v[lane] = 0;
     if (!instanced)
         return;
     for (size_t k = 0; k < 12; k++)
         hits.world_from_shape[k][lane] = world_from_here[k];
-    hits.variation.v[lane] = variation;
     hits.magnitude.v[lane] = std::max({rounding.x, rounding.y, rounding.z});
     hits.slot_shift.v[lane] = slot < 0 || group.first_emitter < 0 ? std::numeric_limits<int32_t>::min()
                                                                   : slot - group.first_emitter;
@@ -227,12 +230,12 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
 
 template <int W>
 void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPacket<W>> hits) const {
-    for (size_t p = 0; p < packets.size(); p++)
-        hits[p].clear(packets[p].t_max);
     if (empty())
         return;
     Rays& rays = Rays::of_thread();
-    add_rays(rays, packets, m_world.moves(), m_partly);
+    add_rays(rays, packets, m_world.moves(), m_partly, [&](size_t packet, int lane) {
+        return hits[packet].hit[lane] ? hits[packet].t[lane] : packets[packet].t_max[lane];
+    });
     class Hits final : public Sink {
       public:
         Hits(const PageScene& scene, const Rays& rays, std::span<const RayPacket<W>> packets,
@@ -258,11 +261,12 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
 
 template <int W>
 void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<Mask<W>> hidden) const {
-    std::fill(hidden.begin(), hidden.end(), Mask<W>(false));
     if (empty())
         return;
     Rays& rays = Rays::of_thread();
-    add_rays(rays, packets, m_world.moves(), m_partly);
+    add_rays(rays, packets, m_world.moves(), m_partly, [&](size_t packet, int lane) {
+        return hidden[packet][lane] ? 0.0f : packets[packet].t_max[lane];
+    });
     class Hidden final : public Sink {
       public:
         Hidden(const Rays& rays, std::span<Mask<W>> hidden) : m_rays(rays), m_hidden(hidden) {}

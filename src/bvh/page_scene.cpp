@@ -126,7 +126,7 @@ PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, con
     m_root = m_groups.back().root;
 }
 
-// Of the group, what lies in pages.
+// Of the group, what lies in pages: surfaces, and then fibres.
 std::vector<int> PageScene::choose(const store::Store& store, const GroupDesc& desc, Group& group,
                                    const PagesFrom& least, uint64_t place_bytes) const {
     const SolidTrees trees(desc.solids);
@@ -225,10 +225,16 @@ void PageScene::Lattices::move(store::Store& store, int shape) const {
 // One lattice for all of a kind, and as many pages as they need.
 void PageScene::build_owns(store::Store& store, size_t g, const std::vector<int>& shapes) {
     const Lattices lattices(store, shapes);
-    tasks::parallel_chunks(shapes.size(), ShapesATask, [&](size_t begin, size_t end) {
+    const size_t surfaces =
+        size_t(std::ranges::partition_point(
+                   shapes, [&](int shape) { return !is_fibre(store.shapes()[size_t(shape)]); }) -
+               shapes.begin());
+    tasks::parallel_chunks(surfaces, ShapesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++)
             lattices.move(store, shapes[i]);
     });
+    tasks::parallel_for(shapes.size() - surfaces,
+                        [&](size_t i) { lattices.move(store, shapes[surfaces + i]); });
     for (size_t begin = 0, end; begin < shapes.size(); begin = end) {
         uint64_t bytes = 0;
         for (end = begin; end < shapes.size(); end++) {

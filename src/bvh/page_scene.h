@@ -31,10 +31,10 @@ class PageScene {
     Bounds3f bounds() const;
     uint64_t bytes() const;
 
-    // The closest hits of the rays of all packets. Lanes without one have no other fields but t = t_max.
+    // The closest hits of the rays of all packets; `hits` are the closest so far.
     template <int W>
     void intersect(std::span<const RayPacket<W>> rays, std::span<HitPacket<W>> hits) const;
-    // Lanes that something is in the way of.
+    // Adds lanes that something is in the way of.
     template <int W>
     void find_occluded(std::span<const RayPacket<W>> rays, std::span<Mask<W>> hidden) const;
 

@@ -102,29 +102,6 @@ Mask<W> traceable(const RayPacket<W>& rays) {
     return m;
 }
 
-// Lanes that `later` has hits of.
-template <int W>
-void take_hits(HitPacket<W>& hits, const HitPacket<W>& later) {
-    const Mask<W> m = later.hit;
-    if (!any(m))
-        return;
-    hits.hit |= m;
-    hits.t = select(m, later.t, hits.t), hits.u = select(m, later.u, hits.u),
-    hits.v = select(m, later.v, hits.v);
-    for (int c = 0; c < 3; c++)
-        hits.Ng[c] = select(m, later.Ng[c], hits.Ng[c]);
-    hits.shape = select(m, later.shape, hits.shape), hits.prim = select(m, later.prim, hits.prim);
-    hits.instanced = select(m, later.instanced, hits.instanced);
-    hits.magnitude = select(m, later.magnitude, hits.magnitude);
-    hits.slot_shift = select(m, later.slot_shift, hits.slot_shift);
-    hits.variation = select(m, later.variation, hits.variation);
-    for (uint32_t bits = (m & (later.instanced != Int<W>(0))).bits(); bits; bits &= bits - 1) {
-        const int i = __builtin_ctz(bits);
-        for (int k = 0; k < 12; k++)
-            hits.world_from_shape[k][i] = later.world_from_shape[k][i];
-    }
-}
-
 // Packets without what planes cut away, chunk by chunk.
 template <int W, class Body>
 void without_clipped(std::span<const RayPacket<W>> rays, const std::vector<Scene::Plane>& planes, int times,
@@ -148,24 +125,18 @@ void Scene::clip(std::span<const Plane> planes, int times) {
     m_impl->plane_times = times;
 }
 
+// Embree's part first, which is small, or surfaces that hide fibres behind them.
 template <int W>
 void Scene::intersect(std::span<const RayPacket<W>> rays, std::span<HitPacket<W>> hits) const {
     const bool embree = m_impl->embree().scene;
     without_clipped<W>(rays, m_impl->planes, m_impl->plane_times, [&](auto kept, size_t first) {
         const std::span<HitPacket<W>> found = hits.subspan(first, kept.size());
-        if (!embree || !m_impl->pages->empty())
-            m_impl->pages->intersect<W>(kept, found);
-        for (size_t i = 0; embree && i < kept.size(); i++) {
-            if (m_impl->pages->empty()) {
+        for (size_t i = 0; i < kept.size(); i++)
+            if (embree)
                 intersect_embree(kept[i], found[i]);
-                continue;
-            }
-            RayPacket<W> left = kept[i];
-            left.t_max = found[i].t;
-            HitPacket<W> later;
-            intersect_embree(left, later);
-            take_hits(found[i], later);
-        }
+            else
+                found[i].clear(kept[i].t_max);
+        m_impl->pages->intersect<W>(kept, found);
     });
     for (size_t i = 0; i < rays.size(); i++) {
         if (!m_impl->planes.empty())
@@ -189,18 +160,9 @@ void Scene::find_occluded(std::span<const RayPacket<W>> rays, std::span<Mask<W>>
     const bool embree = m_impl->embree().scene;
     without_clipped<W>(rays, m_impl->planes, m_impl->plane_times, [&](auto kept, size_t first) {
         const std::span<Mask<W>> found = hidden.subspan(first, kept.size());
-        if (!embree || !m_impl->pages->empty())
-            m_impl->pages->find_occluded<W>(kept, found);
-        for (size_t i = 0; embree && i < kept.size(); i++) {
-            if (m_impl->pages->empty()) {
-                found[i] = occluded_embree(kept[i]);
-                continue;
-            }
-            RayPacket<W> left = kept[i];
-            left.active &= !found[i];
-            if (any(left.active))
-                found[i] |= occluded_embree(left);
-        }
+        for (size_t i = 0; i < kept.size(); i++)
+            found[i] = embree ? occluded_embree(kept[i]) : Mask<W>(false);
+        m_impl->pages->find_occluded<W>(kept, found);
     });
     if (m_watch)
         for (size_t i = 0; i < rays.size(); i++)

@@ -108,11 +108,13 @@ class AcrossRay {
     explicit AcrossRay(const TracedRay& ray) : m_sx(-ray.minus_slope[0]), m_sy(-ray.minus_slope[1]) {
         const float of_y = 1 + m_sy * m_sy,
                     squared = of_y + m_sx * m_sx; // of the direction that is 1 along z
-        m_skew = m_sx * m_sy / of_y;
-        m_x = __builtin_sqrtf(of_y / squared), m_y = 1 / __builtin_sqrtf(of_y);
-        const float per_length = 1 / __builtin_sqrtf(squared);
-        m_z = __builtin_copysignf(per_length, ray.per_z);
-        t_of_z = abs(ray.per_z) * per_length;
+        alignas(16) float ratio[4], root[4];
+        const __m128 ratios =
+            _mm_div_ps(_mm_setr_ps(of_y, 1, 1, m_sx * m_sy), _mm_setr_ps(squared, of_y, squared, of_y));
+        _mm_store_ps(ratio, ratios), _mm_store_ps(root, _mm_sqrt_ps(_mm_max_ps(ratios, _mm_setzero_ps())));
+        m_x = root[0], m_y = root[1], m_skew = ratio[3];
+        m_z = __builtin_copysignf(root[2], ray.per_z);
+        t_of_z = abs(ray.per_z) * root[2];
     }
     struct Place {
         Float<8> x, y, z; // z: along the ray
@@ -150,35 +152,44 @@ class FibresSeen {
         m_r = reader.radius(0), m_b = reader.radius(1) - m_r;
         m_t_of_z = Float<8>(across.t_of_z);
 
-        const Float<8> zero(0.0f), squared_z = m_a.z * m_a.z, C = m_a.x * m_a.x + m_a.y * m_a.y - m_b * m_b,
-                                   D = max(C + squared_z, Float<8>(1e-37f));
-        // From the ball that the ray comes closest to on, A and B are small, and lose nothing to each other.
-        const Float<8> s0 = clamped((m_r * m_b - m_p.x * m_a.x - m_p.y * m_a.y) / C),
-                       x = fma(s0, m_a.x, m_p.x), y = fma(s0, m_a.y, m_p.y), r = fma(s0, m_b, m_r),
-                       A = r * r - x * x - y * y,
-                       B = r * m_b - x * m_a.x - y * m_a.y + zero; // not -0: its sign is asked for
+        m_C = m_a.x * m_a.x + m_a.y * m_a.y - m_b * m_b;
+        m_D = max(fma(m_a.z, m_a.z, m_C), Float<8>(1e-37f));
+        // The ball that the ray comes closest to: F is the largest there, between the ends of segments that
+        // are not seen from one of those.
+        m_s0 = clamped((m_r * m_b - m_p.x * m_a.x - m_p.y * m_a.y) / m_C);
+        m_x = fma(m_s0, m_a.x, m_p.x), m_y = fma(m_s0, m_a.y, m_p.y), m_r0 = fma(m_s0, m_b, m_r);
+        m_A = m_r0 * m_r0 - m_x * m_x - m_y * m_y;
+        m_from_end = (m_C <= m_D * Float<8>(1e-5f)).bits();
+        m_met = ((m_A >= Float<8>(0.0f)).bits() | m_from_end) & ((1u << reader.segments()) - 1) & 255;
+    }
+    // Segments that the ray may meet.
+    uint32_t met() const { return m_met; }
+
+    // Before what follows.
+    void solve() {
+        // From that ball on A and B are small, and lose nothing to each other.
+        const Float<8> zero(0.0f),
+            B = m_r0 * m_b - m_x * m_a.x - m_y * m_a.y + zero; // not -0: its sign is asked for
         // Derivatives are zero at s0 + (B -+ w) / C; of the two that which loses digits is known by the
         // other.
-        const Float<8> w = m_a.z * sqrt(max(B * B + A * C, zero) / D);
-        const Float<8> sum = B + copysign(w, B), far = sum / C,
-                       near = select(sum == zero, far, (B * B - squared_z * A) / (D * sum));
+        const Float<8> w = m_a.z * sqrt(max(B * B + m_A * m_C, zero) / m_D);
+        const Float<8> sum = B + copysign(w, B), far = sum / m_C,
+                       near = select(sum == zero, far, (B * B - m_a.z * m_a.z * m_A) / (m_D * sum));
         const Mask<8> alike = !((w >= zero) ^ (B >= zero));
-        m_entry = clamped(s0 + select(alike, near, far)), m_exit = clamped(s0 + select(alike, far, near));
-        // Seen from an end the largest ball counts, or the nearest: there the derivative does not tell.
-        m_from_end = (C <= D * Float<8>(1e-5f)).bits();
+        m_entry = clamped(m_s0 + select(alike, near, far)), m_exit = clamped(m_s0 + select(alike, far, near));
     }
-
-    Met entry(uint32_t present) const { return meet(m_entry, Float<8>(-1.0f), present); }
-    Met exit(uint32_t present) const { return meet(m_exit, Float<8>(1.0f), present); }
+    Met entry() const { return meet(m_entry, Float<8>(-1.0f), m_met); }
+    Met exit(uint32_t of) const { return meet(m_exit, Float<8>(1.0f), of); }
 
   private:
     static Float<8> clamped(Float<8> s) { return min(max(s, Float<8>(0.0f)), Float<8>(1.0f)); }
-    Met meet(Float<8> s, Float<8> side, uint32_t present) const {
+    Met meet(Float<8> s, Float<8> side, uint32_t of) const {
         Float<8> z;
         Mask<8> met = ball(s, side, z);
-        if (__builtin_expect((m_from_end & present) != 0, 0))
+        // Seen from an end the largest ball counts, or the nearest: there the derivative does not tell.
+        if (__builtin_expect((m_from_end & of) != 0, 0))
             look_at_ends(side, s, z, met);
-        return {z * m_t_of_z, s, met.bits() & present};
+        return {z * m_t_of_z, s, met.bits() & of};
     }
     Mask<8> ball(Float<8> s, Float<8> side, Float<8>& z) const {
         const Float<8> x = fma(s, m_a.x, m_p.x), y = fma(s, m_a.y, m_p.y), r = fma(s, m_b, m_r);
@@ -197,19 +208,21 @@ class FibresSeen {
     }
 
     AcrossRay::Place m_p, m_a;
-    Float<8> m_r, m_b, m_t_of_z, m_entry, m_exit;
-    uint32_t m_from_end;
+    Float<8> m_r, m_b, m_t_of_z, m_C, m_D;
+    Float<8> m_s0, m_x, m_y, m_r0, m_A; // of the ball that comes closest
+    Float<8> m_entry, m_exit;           // s of the balls that are met first and last
+    uint32_t m_from_end, m_met;
 };
 
 // Offers to `found` where the ray enters segments, and where it leaves those that it begins in or whose entry
 // is refused: found(segment * 2 + (1 = it leaves), t, s, 0).
 template <class Reader, class Found>
 bool trace_fibre_leaf(const Reader& reader, const TracedRay& ray, Found&& found) {
-    const FibresSeen seen(reader, ray);
-    const uint32_t present = (1u << reader.segments()) - 1;
-    const FibresSeen::Met entry = seen.entry(present & 255);
-    if (entry.lanes == 0)
+    FibresSeen seen(reader, ray);
+    if (seen.met() == 0)
         return false;
+    seen.solve();
+    const FibresSeen::Met entry = seen.entry();
     alignas(32) float t[8], s[8];
     entry.t.store(t), entry.s.store(s);
     uint32_t inside = 0;

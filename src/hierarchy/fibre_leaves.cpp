@@ -128,10 +128,17 @@ FibreLeaves::Points FibreLeaves::points(const LeafGroups::Leaf& leaf) const {
     return p;
 }
 
-// The least of the kinds that hold all its leaves.
+// The least of the kinds that hold all its leaves. Near the origin, where one step is all points', boxes tell
+// of most.
 Kind FibreLeaves::kind_of_group(const Group& group) const {
+    const Lattice& lattice = m_lattice.places;
     Kind kind = Kind::Fibre32;
     for (int i = 0; i < group.count; i++) {
+        const Vec3f box[2] = {group.box[i].lo, group.box[i].hi},
+                    on_it[2] = {lattice.snap(box[0]), lattice.snap(box[1])};
+        if (lattice.exponent_at(on_it[0]) == lattice.exponent &&
+            lattice.exponent_at(on_it[1]) == lattice.exponent && Frame(lattice, on_it).fields() >= 0)
+            continue;
         const Frame frame(m_lattice.places, points(m_leaves.leaf(group, i)).at);
         if (frame.fields() >= 0)
             continue;
