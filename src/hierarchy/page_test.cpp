@@ -1,6 +1,7 @@
 // Damaged pages, and content that is no geometry at all.
 #include <gtest/gtest.h>
 
+#include "hierarchy/decode.h"
 #include "hierarchy/test_oracle.h"
 #include "hierarchy/trace.h"
 
@@ -10,6 +11,23 @@ namespace {
 PageMemory page_of(const std::vector<TestGrid>& grids) {
     const std::vector<GridView> v = views(grids);
     const Content content{v, {}};
+    return build(content, votes_of(content).lattice());
+}
+
+// The same with some hair on it.
+PageMemory page_with_hair(const std::vector<TestGrid>& grids) {
+    const std::vector<GridView> v = views(grids);
+    Random random(12);
+    std::vector<float> vertices; // xyz, radius
+    std::vector<uint32_t> first;
+    for (int i = 0; i < 300; i++) {
+        const Vec3f root = random.direction();
+        first.push_back(uint32_t(vertices.size() / 4));
+        for (const float far : {1.0f, i % 50 == 0 ? 30.0f : 1.3f})
+            vertices.insert(vertices.end(), {root.x * far, root.y * far, root.z * far, 0.01f});
+    }
+    const FibreView hair{vertices.data(), vertices.size() / 4, first.data(), first.size()};
+    const Content content{v, {}, false, {&hair, 1}};
     return build(content, votes_of(content).lattice());
 }
 
@@ -55,7 +73,7 @@ TEST(Pages, ArePassedWhole) {
 }
 
 TEST(Pages, ThatAreDamagedAreRefused) {
-    const PageMemory page = page_of(ball(2, 9, 1, 0.2f, 5));
+    const PageMemory page = page_with_hair(ball(2, 9, 1, 0.2f, 5));
     Random random(7);
     PageMemory damaged = page;
     for (int i = 0; i < 2000; i++) {
@@ -75,7 +93,7 @@ TEST(Pages, ThatAreForgedAreTracedInBounds) {
     grids.push_back(
         make_grid(8, 8, [](float u, float v) { return Vec3f(9 * u - 4, 2 * u + v - 4, 9 * v - 4); }));
     grids.push_back(make_grid(4, 4, [](float u, float v) { return Vec3f(1e6f * u, 1e6f * v, 1e5f); }));
-    const PageMemory page = page_of(grids);
+    const PageMemory page = page_with_hair(grids);
     const std::vector<Ray> rays = rays_around(200, 1.5f);
     std::vector<Hit> hits(rays.size());
     Random random(8);
@@ -98,8 +116,11 @@ TEST(Pages, ThatAreForgedAreTracedInBounds) {
         passed++;
         closest(forged.page(), rays, hits);
         for (const Hit& hit : hits)
-            if (hit.found())
+            if (hit.found() && is_of_grids(kind_of(hit.leaf)))
                 cell_of(forged.page(), hit.leaf, hit.primitive / 2);
+            else if (hit.found())
+                segment_of(forged.page(), hit.leaf, hit.primitive / 2),
+                    forged.page().name(hit.leaf, int(hit.primitive / 2));
     }
     EXPECT_GT(passed, 300);
     EXPECT_GT(refused, 100);
