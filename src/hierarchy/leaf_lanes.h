@@ -62,6 +62,31 @@ inline FlatHit flat_hit(const float (&x)[3], const float (&y)[3], const float (&
     return best;
 }
 
+// Where a ray passes through a triangle, in doubles: products of two floats are exact in these, so the signs
+// of edge functions are true. NaN: it passes by, or where neighbours at an edge have the triangle.
+struct ExactHit {
+    float t = std::numeric_limits<float>::quiet_NaN();
+    float u = 0, v = 0;
+};
+inline ExactHit exact_hit(const float (&x)[3], const float (&y)[3], const float (&z)[3], float per_z) {
+    double weight[3];
+    for (int i = 0; i < 3; i++) {
+        const int j = i == 2 ? 0 : i + 1, k = j == 2 ? 0 : j + 1;
+        weight[i] = double(x[j]) * double(y[k]) - double(y[j]) * double(x[k]);
+    }
+    const double least = min(min(weight[0], weight[1]), weight[2]),
+                 most = max(max(weight[0], weight[1]), weight[2]);
+    if (least < 0 && most > 0)
+        return {};
+    if (least == 0 && most == 0) {
+        const FlatHit flat = flat_hit(x, y, z, per_z);
+        return {flat.z * per_z, flat.u, flat.v};
+    }
+    const double sum = weight[0] + weight[1] + weight[2],
+                 depth = weight[0] * double(z[0]) + weight[1] * double(z[1]) + weight[2] * double(z[2]);
+    return {float(depth / sum * double(per_z)), float(weight[1] / sum), float(weight[2] / sum)};
+}
+
 // Where the ray passes through triangles, for lanes of `inside`: distances, weights of the second and third
 // corner. Takes lanes out that are hit elsewhere than on the ray.
 template <int W>
@@ -73,26 +98,38 @@ struct Depths {
     Depths(const TracedRay& ray, uint32_t inside, const Seen<W> (&corner)[3], const Float<W> (&weight)[3],
            const Float<W> (&z)[3]) {
         const Float<W> sum = weight[0] + weight[1] + weight[2];
-        t = fma(weight[2], z[2], fma(weight[1], z[1], weight[0] * z[0])) * Float<W>(ray.per_z) / sum;
+        const Float<W> depth = fma(weight[2], z[2], fma(weight[1], z[1], weight[0] * z[0]));
+        t = depth * Float<W>(ray.per_z) / sum;
         u = weight[1] / sum, v = weight[2] / sum;
-        const uint32_t flat = inside & (sum == Float<W>(0.0f)).bits();
-        if (flat != 0)
-            flatten(ray, flat, corner, z);
+        const uint32_t rough = inside & ~(rounding_squared(corner, z, sum) < depth * depth).bits();
+        if (rough != 0)
+            mend(ray, rough, corner, z);
         hit = inside & ((t >= Float<W>(ray.t_min)) & (t <= Float<W>(ray.t_max))).bits();
     }
 
   private:
-    [[gnu::noinline]] void flatten(const TracedRay& ray, uint32_t flat, const Seen<W> (&corner)[3],
-                                   const Float<W> (&z)[3]) {
+    // The square of what rounding of the weights may come to in `depth`, in units of 4.6 eps: their largest
+    // product times the size of the triangle. Less than zero where that is no more than twice the sum of the
+    // weights: of most, and of those that a ray starts from (docs/hierarchy.md, "Offsets").
+    static Float<W> rounding_squared(const Seen<W> (&corner)[3], const Float<W> (&z)[3], Float<W> sum) {
+        const Float<W> x0 = corner[0].x, x1 = corner[1].x, y1 = corner[1].y, y2 = corner[2].y;
+        const Float<W> x = fma(x1, x1, x0 * x0), y = fma(y2, y2, y1 * y1);
+        const Float<W> z01 = z[0] - z[1], z12 = z[1] - z[2];
+        const Float<W> product = fma(sum * Float<W>(-4.0f), sum, x * y);
+        return product * fma(z12, z12, fma(z01, z01, x + y));
+    }
+    // Lanes whose weights are mostly rounding, as are those of slivers.
+    [[gnu::noinline]] void mend(const TracedRay& ray, uint32_t lanes, const Seen<W> (&corner)[3],
+                                const Float<W> (&z)[3]) {
         alignas(64) float x[3][W], y[3][W], depth[3][W], of_t[W], of_u[W], of_v[W];
         for (int c = 0; c < 3; c++)
             corner[c].x.store(x[c]), corner[c].y.store(y[c]), z[c].store(depth[c]);
         t.store(of_t), u.store(of_u), v.store(of_v);
-        for (uint32_t m = flat; m != 0; m &= m - 1) {
+        for (uint32_t m = lanes; m != 0; m &= m - 1) {
             const int i = __builtin_ctz(m);
-            const FlatHit h = flat_hit({x[0][i], x[1][i], x[2][i]}, {y[0][i], y[1][i], y[2][i]},
-                                       {depth[0][i], depth[1][i], depth[2][i]}, ray.per_z);
-            of_t[i] = h.z * ray.per_z, of_u[i] = h.u, of_v[i] = h.v;
+            const ExactHit h = exact_hit({x[0][i], x[1][i], x[2][i]}, {y[0][i], y[1][i], y[2][i]},
+                                         {depth[0][i], depth[1][i], depth[2][i]}, ray.per_z);
+            of_t[i] = h.t, of_u[i] = h.u, of_v[i] = h.v;
         }
         t = Float<W>::load(of_t), u = Float<W>::load(of_u), v = Float<W>::load(of_v);
     }

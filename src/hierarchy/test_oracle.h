@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -100,36 +101,62 @@ class Oracle {
         const float U = edge(b, c), V = edge(c, a), W = edge(a, b);
         if (!(U >= 0 && V >= 0 && W >= 0) && !(U <= 0 && V <= 0 && W <= 0))
             return false;
-        const float sum = U + V + W, per_z = 1 / m_ray.d[m_z];
-        if (sum == 0) {
-            // A line or a point: of the edges that the ray passes through, the one that is nearest there.
-            const Corner* const corners[3] = {&a, &b, &c};
-            t = INFINITY;
-            for (int first = 0; first < 3; first++) {
-                const int second = (first + 1) % 3;
-                const Corner &p = *corners[first], &q = *corners[second];
-                if (std::min(p.x, q.x) > 0 || std::max(p.x, q.x) < 0 || std::min(p.y, q.y) > 0 ||
-                    std::max(p.y, q.y) < 0)
-                    continue;
-                float s = 0; // of the way from p to q
-                if (std::abs(q.x - p.x) > std::abs(q.y - p.y))
-                    s = -p.x / (q.x - p.x);
-                else if (q.y != p.y)
-                    s = -p.y / (q.y - p.y);
-                const float there = (p.z * (1 - s) + q.z * s) * per_z;
-                if (there < t) {
-                    float weights[3] = {};
-                    weights[first] = 1 - s, weights[second] = s;
-                    t = there, u = weights[1], v = weights[2];
-                }
-            }
-            if (t == INFINITY)
-                return false;
-        } else {
-            const float first = U * a.z;
-            t = std::fma(W, c.z, std::fma(V, b.z, first)) * per_z / sum, u = V / sum, v = W / sum;
-        }
+        const float sum = U + V + W, per_z = 1 / m_ray.d[m_z], first = U * a.z,
+                    depth = std::fma(W, c.z, std::fma(V, b.z, first));
+        t = depth * per_z / sum, u = V / sum, v = W / sum;
+        // What the largest product may be, if it is more than twice the sum of the weights, and the size of
+        // the triangle: squares of both.
+        const float x0 = a.x * a.x, x = std::fma(b.x, b.x, x0), y1 = b.y * b.y, y = std::fma(c.y, c.y, y1),
+                    near = a.z - b.z, far = b.z - c.z, size = std::fma(far, far, std::fma(near, near, x + y)),
+                    products = x * y, product = std::fma(-4 * sum, sum, products), rounding = product * size;
+        if (!(rounding < depth * depth) && !crosses_exactly({&a, &b, &c}, per_z, t, u, v))
+            return false;
         return t >= m_ray.t_min && t <= m_hit.t;
+    }
+    // The same in doubles, which hold products of floats: true signs, and weights that are right.
+    static bool crosses_exactly(const std::array<const Corner*, 3>& corners, float per_z, float& t, float& u,
+                                float& v) {
+        const auto turn = [&](size_t i, size_t k) {
+            return double(corners[i]->x) * double(corners[k]->y) -
+                   double(corners[i]->y) * double(corners[k]->x);
+        };
+        const std::array<double, 3> w{turn(1, 2), turn(2, 0), turn(0, 1)};
+        const auto any = [&](auto what) { return std::ranges::any_of(w, what); };
+        const bool left = any([](double x) { return x > 0; }), right = any([](double x) { return x < 0; });
+        if (left && right)
+            return false;
+        if (!left && !right)
+            return crosses_line(corners, per_z, t, u, v);
+        const double sum = w[0] + w[1] + w[2];
+        double depth = 0;
+        for (size_t k = 0; k < 3; k++)
+            depth += w[k] * double(corners[k]->z);
+        t = float(depth / sum * double(per_z)), u = float(w[1] / sum), v = float(w[2] / sum);
+        return true;
+    }
+    // A line or a point: of the edges that the ray passes through, the one that is nearest there.
+    static bool crosses_line(const std::array<const Corner*, 3>& corners, float per_z, float& t, float& u,
+                             float& v) {
+        t = INFINITY;
+        for (size_t first = 0; first < 3; first++) {
+            const size_t second = (first + 1) % 3;
+            const Corner &p = *corners[first], &q = *corners[second];
+            if (std::min(p.x, q.x) > 0 || std::max(p.x, q.x) < 0 || std::min(p.y, q.y) > 0 ||
+                std::max(p.y, q.y) < 0)
+                continue;
+            float s = 0; // of the way from p to q
+            if (std::abs(q.x - p.x) > std::abs(q.y - p.y))
+                s = -p.x / (q.x - p.x);
+            else if (q.y != p.y)
+                s = -p.y / (q.y - p.y);
+            const float there = (p.z * (1 - s) + q.z * s) * per_z;
+            if (there < t) {
+                float weights[3] = {};
+                weights[first] = 1 - s, weights[second] = s;
+                t = there, u = weights[1], v = weights[2];
+            }
+        }
+        return t < INFINITY;
     }
     void offer(Ref ref, uint32_t primitive, float t, float u, float v) {
         if (t == m_hit.t && m_hit.found() &&
