@@ -193,6 +193,23 @@ TEST(Slivers, AreHitInTheSameBitsByAnyLanes) {
     }
 }
 
+// Of a displaced sphere beside its pole: a triangle that the ray runs in line with, beyond its end. All
+// weights but one are rounded to zero.
+TEST(Slivers, ArePassedByBeyondTheirEnds) {
+    Slivers s;
+    s.positions = {-0x1.2p-7f, -0x1.4p-5f, -0x1.fccp-1f, 0, 0, -1, -0x1.2p-8f, -0x1.4p-6f, -0x1.fe8p-1f};
+    s.corners = {0, 1, 2};
+    s.build_page();
+    Ray r{{0, 0, 0}, 0, {-0x1.2b022p-12f, -0x1.4c3b4p-10f, -0x1.ffe502p-1f}};
+    Hit h;
+    closest(s.page(), {&r, 1}, {&h, 1});
+    EXPECT_FALSE(h.found()) << h.t;
+    r.d = {-0x1.2p-8f, -0x1.4p-6f, -0x1.fe8p-1f}; // at the corner between the others
+    closest(s.page(), {&r, 1}, {&h, 1});
+    ASSERT_TRUE(h.found());
+    EXPECT_NEAR(h.t, 1, 1e-6);
+}
+
 // A ball whose triangles are cut at points beside the middles of their edges: every second one is a sliver.
 TEST(Slivers, LetNoRayOut) {
     MeshOfGrids whole(ball(4, 8, 1, 0.15f, 5));
