@@ -18,6 +18,11 @@ struct ClosedSurface {
     std::vector<uint32_t> corners;
     bool is_grid = false;          // the mesh's vertices are vertices of grids too
     std::vector<Transform> places; // of instances; none: it lies there as it is
+    std::vector<MotionPath> paths; // of those that move, from their places on
+
+    Transform place(size_t i, float time) const {
+        return paths.empty() ? places[i] : paths[i].at(double(time));
+    }
 
     // What dicing made.
     void add(const dice::Diced& d) {
@@ -73,7 +78,7 @@ inline ClosedSurface closed_surface(const std::string& kind, uint32_t seed) {
     else if (kind == "trimmed")
         for (const bool outside : {false, true})
             s.add(ClosedShape::trimmed(seed, outside).diced(journal));
-    else { // meshes, and instances of grids
+    else { // meshes, and instances of grids, that move or not
         const std::vector<TestGrid> ball = testing::ball(2 + int(seed % 3), 16, 1, 0.2f, 4 + float(seed % 5));
         if (kind == "mesh") {
             testing::MeshOfGrids mesh(ball);
@@ -89,6 +94,13 @@ inline ClosedSurface closed_surface(const std::string& kind, uint32_t seed) {
                     Transform::rotate(double(random.uniform(0, 360)), double(axis.x), double(axis.y),
                                       double(axis.z)) *
                     Transform::scale(i % 2 ? -size : size, size * double(random.uniform(0.5f, 1)), size));
+            }
+            for (size_t i = 0; kind == "moving" && i < s.places.size(); i++) { // no turns: Embree has no arcs
+                const Vec3f way = random.in_box(0.5f);
+                const TransformKey keys[2] = {
+                    {0, s.places[i]},
+                    {1, Transform::translate(double(way.x), double(way.y), double(way.z)) * s.places[i]}};
+                s.paths.emplace_back(keys);
             }
         }
     }

@@ -1,7 +1,8 @@
 // Rays by the thousand million from inside of closed surfaces, through pages of src/hierarchy and through
 // Embree, robust, on the same vertices: does any get out, and do both find the same?
 //
-//     ray_bench [--kind=displaced|subdivided|trimmed|mesh|instances] [--rays=N] [--surfaces=N] [--seed=N]
+//     ray_bench [--kind=displaced|subdivided|trimmed|mesh|instances|moving] [--rays=N] [--surfaces=N]
+//     [--seed=N]
 //     [--threads=N]
 //
 // A line of JSON. A third of the rays goes anywhere, a third to vertices, a third to points of edges. Where
@@ -78,14 +79,19 @@ class Embree {
                 m_corners.size() / 3, vertices);
         rtcCommitScene(m_inner);
         m_scene = s.places.empty() ? m_inner : robust_scene();
-        for (const Transform& place : s.places) {
+        const unsigned steps = s.paths.empty() ? 1 : 2;
+        for (size_t i = 0; i < s.places.size(); i++) {
             RTCGeometry g = rtcNewGeometry(m_device, RTC_GEOMETRY_TYPE_INSTANCE);
             rtcSetGeometryInstancedScene(g, m_inner);
-            float m[12];
-            for (size_t c = 0; c < 4; c++)
-                for (size_t r = 0; r < 3; r++)
-                    m[3 * c + r] = float(place.m[r][c]);
-            rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
+            rtcSetGeometryTimeStepCount(g, steps);
+            for (unsigned step = 0; step < steps; step++) {
+                const Transform place = s.place(i, float(step));
+                float m[12];
+                for (size_t c = 0; c < 4; c++)
+                    for (size_t r = 0; r < 3; r++)
+                        m[3 * c + r] = float(place.m[r][c]);
+                rtcSetGeometryTransform(g, step, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
+            }
             attach(m_scene, g);
         }
         if (s.places.empty())
@@ -94,13 +100,13 @@ class Embree {
             rtcCommitScene(m_scene);
     }
     // Infinite where nothing is hit; `instance`: which, or -1.
-    float trace(const Ray& r, uint32_t& instance) const {
+    float trace(const Ray& r, float time, uint32_t& instance) const {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         RTCRayHit e{};
         e.ray.org_x = r.o.x, e.ray.org_y = r.o.y, e.ray.org_z = r.o.z;
         e.ray.dir_x = r.d.x, e.ray.dir_y = r.d.y, e.ray.dir_z = r.d.z;
-        e.ray.tfar = INFINITY, e.ray.mask = ~0u;
+        e.ray.tfar = INFINITY, e.ray.mask = ~0u, e.ray.time = time;
         e.hit.geomID = e.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(m_scene, &context, &e);
         instance = e.hit.instID[0];
@@ -159,6 +165,12 @@ ClosedSurface moved_to(const SurfaceLattices& lattices, ClosedSurface s) {
     return s;
 }
 
+struct Queue {
+    std::vector<Ray> rays;
+    std::vector<uint32_t> inside; // which instance they start in
+    std::vector<float> times;
+};
+
 class Tested {
   public:
     explicit Tested(const ClosedSurface& made)
@@ -174,8 +186,9 @@ class Tested {
         m_page = build({grids, meshes}, {m_lattices.grids, m_lattices.meshes});
         m_root = m_world.add(m_page.page());
         std::vector<Placement> places;
-        for (const Transform& t : m_surface.places)
-            places.push_back({t, m_root});
+        for (size_t i = 0; i < m_surface.places.size(); i++)
+            places.push_back(
+                {m_surface.places[i], m_root, m_surface.paths.empty() ? nullptr : &m_surface.paths[i]});
         if (!places.empty())
             m_root = m_world.add(places);
         collect_triangles();
@@ -185,8 +198,7 @@ class Tested {
 
     size_t triangles() const { return m_triangles.size() * std::max<size_t>(1, m_surface.places.size()); }
 
-    // `origin` says which instance the ray starts in.
-    Ray ray(Random& random, int aim, uint32_t& instance) const {
+    Ray ray(Random& random, int aim, uint32_t& instance, float& time) const {
         const Triangle& t = m_triangles[random.below(uint32_t(m_triangles.size()))];
         const uint32_t k = random.below(3);
         const Vec3f a = t.corner[k], b = t.corner[(k + 1) % 3];
@@ -195,23 +207,26 @@ class Tested {
         instance = ~0u;
         if (!m_surface.places.empty()) {
             instance = random.below(uint32_t(m_surface.places.size()));
-            const Transform& place = m_surface.places[instance];
+            if (!m_surface.paths.empty())
+                time = random.uniform();
+            const Transform place = m_surface.place(instance, time);
             o = place.point(o), to = place.point(to);
         }
         return {o, 0, aim == 0 ? random.direction() : to - o};
     }
 
-    void trace(std::span<const Ray> rays, const std::vector<uint32_t>& inside, Counts& counts) const {
+    void trace(const Queue& queue, Counts& counts) const {
+        const auto& [rays, inside, times] = queue;
         EverythingIsThere all;
         std::vector<InstanceHit> hits(rays.size());
         std::vector<uint8_t> any(rays.size());
-        find_closest<8>(m_world, m_root, rays, hits, all);
-        find_any<8>(m_world, m_root, rays, any, all);
+        find_closest<8>(m_world, m_root, rays, hits, all, times);
+        find_any<8>(m_world, m_root, rays, any, all, times);
         for (size_t i = 0; i < rays.size(); i++) {
             const size_t aim = i % Aims;
             const bool placed = !m_surface.places.empty(), found = hits[i].hit.found();
             uint32_t instance;
-            const float t = m_embree.trace(rays[i], instance),
+            const float t = m_embree.trace(rays[i], times[i], instance),
                         ours = found ? hits[i].hit.t : std::numeric_limits<float>::infinity();
             counts.rays[aim]++;
             counts.leaks[aim] += !found || (placed && hits[i].path.instance[0] != inside[i]);
@@ -222,18 +237,19 @@ class Tested {
             const float away = placed ? largest(rays[i].o) : 0,
                         reach = ours + (m_longest + away) / length(rays[i].d);
             if (found != std::isfinite(t) || std::abs(ours - t) > 1.75f * 16 * 0x1p-24f * reach)
-                judge(rays[i], double(ours), double(t), counts);
+                judge(rays[i], times[i], double(ours), double(t), counts);
         }
     }
 
   private:
     static float largest(const Vec3f& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
     // Who is right. Something is hit, for the surface is closed.
-    void judge(const Ray& ray, double ours, double theirs, Counts& counts) const {
+    void judge(const Ray& ray, float time, double ours, double theirs, Counts& counts) const {
         ExactHits exact(ray, m_surface.places.empty() ? 0 : double(largest(ray.o)));
         if (m_surface.places.empty())
             look_at_all(exact, 1, [](const Vec3f& p) { return Point(p); });
-        for (const Transform& place : m_surface.places) {
+        for (size_t i = 0; i < m_surface.places.size(); i++) {
+            const Transform place = m_surface.place(i, time);
             const auto placed = [&m = place.m](const Vec3f& p) {
                 const auto row = [&](size_t r) {
                     return m[r][0] * double(p.x) + m[r][1] * double(p.y) + m[r][2] * double(p.z) + m[r][3];
@@ -354,12 +370,12 @@ size_t trace_surface(const Options& o, uint64_t number, Counts& counts) {
     std::mutex mutex;
     tasks::parallel_for(size_t((rays + Chunk - 1) / Chunk), [&](size_t chunk) {
         Random random(uint32_t(0x9e3779b9u * uint32_t(o.seed + number) + uint32_t(chunk)));
-        std::vector<Ray> queue(std::min(Chunk, rays - chunk * Chunk));
-        std::vector<uint32_t> inside(queue.size());
-        for (size_t i = 0; i < queue.size(); i++)
-            queue[i] = surface.ray(random, int(i % Aims), inside[i]);
+        const size_t count = std::min(Chunk, rays - chunk * Chunk);
+        Queue queue{std::vector<Ray>(count), std::vector<uint32_t>(count), std::vector<float>(count)};
+        for (size_t i = 0; i < count; i++)
+            queue.rays[i] = surface.ray(random, int(i % Aims), queue.inside[i], queue.times[i]);
         Counts found;
-        surface.trace(queue, inside, found);
+        surface.trace(queue, found);
         const std::lock_guard lock(mutex);
         counts.add(found);
     });
