@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace kanuka {
 
 struct Places {
     std::span<const float> matrices; // row-major 3x4, 12 floats each; whoever has them keeps them
+    std::span<const uint32_t> which; // of them, and in which order; empty = all. They are kept likewise
     // What stands there is moved by `inner` before the matrix and by `outer` behind it, as it is read.
     std::array<double, 3> outer{};
     Vec3f inner{0, 0, 0};
@@ -23,16 +25,18 @@ struct Places {
         : matrices(matrices), outer(outer), inner(inner) {}
     Places(const std::vector<float>& matrices) : matrices(matrices) {}
 
-    size_t size() const { return matrices.size() / 12; }
+    size_t size() const { return which.empty() ? matrices.size() / 12 : which.size(); }
+    size_t number(size_t i) const { return which.empty() ? i : which[i]; }
     bool empty() const { return size() == 0; }
     void prefetch(size_t i) const {
-        __builtin_prefetch(matrices.data() + 12 * i);
-        __builtin_prefetch(matrices.data() + 12 * i + 11); // on the next line, one time in two
+        const float* const m = matrices.data() + 12 * number(i);
+        __builtin_prefetch(m);
+        __builtin_prefetch(m + 11); // on the next line, one time in two
     }
     // Summed in double, since what one translation takes away the next often adds again.
     std::array<float, 12> operator[](size_t i) const {
         std::array<float, 12> m;
-        std::copy_n(matrices.data() + 12 * i, 12, m.begin());
+        std::copy_n(matrices.data() + 12 * number(i), 12, m.begin());
         for (size_t r = 0; r < 3; r++) {
             float* const row = m.data() + 4 * r;
             double moved = double(row[3]) + outer[r];

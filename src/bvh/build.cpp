@@ -228,6 +228,7 @@ class Builder {
         in->places = desc.places;
         in->paths = desc.paths;
         in->variations = desc.variations;
+        in->levels = desc.levels;
         in->child = box_of(*in->target);
         if (in->paths.empty())
             in->clusters = cluster_instances(in->places, in->child);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/lanes.h"
+#include "base/level_range.h"
 #include "base/motion.h"
 #include "base/places.h"
 #include "base/vec.h"
@@ -39,6 +40,8 @@ struct GroupDesc {
         // What HitPacket::variation is in each place, or of each path; empty = what it is around. Must
         // outlive the scene.
         std::vector<int32_t> variations = {};
+        // Which rays see each, by RayPacket::level; empty = all do. Must outlive the scene.
+        std::vector<LevelRange> levels = {};
 
         size_t size() const { return paths.empty() ? places.size() : paths.size(); }
     };
@@ -78,7 +81,7 @@ struct RayPacket {
     Float<W> time{0.0f};   // while the shutter is open, 0 to 1
     Int<W> passes{0};      // shadow linking: passes through shapes that share a bit of it; occluded() alone
     Int<W> camera{0};      // 1: from the camera, which some shapes are hidden from
-    Float<W> level{0.5f};  // which levels of detail it meets: store::Links::level_from
+    Float<W> level{0.5f};  // which levels of detail it meets: store::Links::level_from, GroupDesc::Instances
     LetThrough* passages = nullptr; // one a lane, empty; null = nobody asks
 };
 

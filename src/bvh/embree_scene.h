@@ -56,8 +56,13 @@ struct Instances {
     // Moving ones: bounds at `steps` even times, which hold everything in between when interpolated.
     std::span<const MotionPath> paths;
     std::span<const int32_t> variations; // GroupDesc::Instances has the same
+    std::span<const LevelRange> levels;
     int steps = 1;
     std::vector<Bounds3f> bounds; // of an instance, step by step
+
+    bool is_seen(uint32_t instance, float level) const {
+        return levels.empty() || levels[instance].holds(level);
+    }
 };
 
 // Travels with a query through all levels; filters and callbacks find their ray by ray.id.

@@ -106,6 +106,8 @@ void each_of_cluster(Context& context, const Instances& in, const Cluster& clust
             boxes &= ~(1u << nearest);
             if (at(nearest) > ray.tfar)
                 break; // something nearer is hit
+            if (!in.is_seen(cluster.instance[nearest], context.level[ray.id]))
+                continue;
             const Passage passage(context, in, cluster.instance[nearest], ways.to(nearest));
             ray.tfar = visit(passage, ray, i);
         }
@@ -141,6 +143,8 @@ void each_instance(Context& context, const Instances& in, unsigned prim, const i
         if (valid[i] == 0)
             continue;
         const RTCRay ray = rtcGetRayFromRayN(rays, n, i);
+        if (!in.is_seen(prim, context.level[ray.id]))
+            continue;
         const Way way(in.paths[prim], ray.time);
         visit(Passage(context, in, prim, way), ray, i);
     }

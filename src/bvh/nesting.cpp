@@ -21,18 +21,29 @@ bool is_still(const GroupDesc::Instances& in) {
 
 // The matrix of one of them, as it is.
 void append(std::vector<float>& matrices, const Places& places, size_t i) {
-    const auto one = places.matrices.subspan(12 * i, 12);
+    const auto one = places.matrices.subspan(12 * places.number(i), 12);
     matrices.insert(matrices.end(), one.begin(), one.end());
 }
 
 // Of those that are kept, by number.
-void keep_variations(GroupDesc::Instances& in, const std::vector<size_t>& kept) {
-    if (in.variations.empty())
+template <class T>
+void keep(std::vector<T>& all, const std::vector<size_t>& kept) {
+    if (all.empty())
         return;
-    std::vector<int32_t> of_kept;
+    std::vector<T> of_kept;
     for (const size_t i : kept)
-        of_kept.push_back(in.variations[i]);
-    in.variations = std::move(of_kept);
+        of_kept.push_back(all[i]);
+    all = std::move(of_kept);
+}
+void keep_places(GroupDesc::Instances& in, const std::vector<size_t>& kept,
+                 std::vector<std::vector<float>>& room) {
+    std::vector<float> matrices;
+    for (const size_t i : kept)
+        append(matrices, in.places, i);
+    room.push_back(std::move(matrices));
+    in.places.matrices = room.back(), in.places.which = {};
+    keep(in.variations, kept);
+    keep(in.levels, kept);
 }
 
 // ---- copies in one place
@@ -64,25 +75,17 @@ uint64_t merge_copies(GroupDesc& group, std::vector<std::vector<float>>& room) {
     for (auto& in : group.instances) {
         if (!is_still(in))
             continue;
-        std::vector<float> kept;
-        std::vector<size_t> numbers;
-        uint64_t gone = 0;
-        for (size_t i = 0; i < in.places.size(); i++) {
-            const bool first =
-                seen.insert({in.group, std::bit_cast<std::array<uint32_t, 12>>(in.places[i])}).second;
-            if (!first && gone++ == 0)
-                kept.assign(in.places.matrices.begin(), in.places.matrices.begin() + ptrdiff_t(12 * i));
-            if (first && gone > 0)
-                append(kept, in.places, i);
-            if (first)
-                numbers.push_back(i);
-        }
-        if (gone == 0)
+        std::vector<size_t> kept;
+        for (size_t i = 0; i < in.places.size(); i++)
+            if (seen.insert({in.group, std::bit_cast<std::array<uint32_t, 12>>(in.places[i])}).second)
+                kept.push_back(i);
+        if (kept.size() == in.places.size())
             continue;
-        merged += gone;
-        keep_variations(in, numbers);
-        room.push_back(std::move(kept));
-        in.places.matrices = room.back();
+        merged += in.places.size() - kept.size();
+        if (kept.empty())
+            in.places = {};
+        else
+            keep_places(in, kept, room);
     }
     std::erase_if(group.instances, [](const auto& in) { return is_still(in) && in.places.empty(); });
     return merged;
@@ -93,7 +96,7 @@ uint64_t merge_copies(GroupDesc& group, std::vector<std::vector<float>>& room) {
 // A group that is nothing but one still instance of another one.
 bool is_link(const GroupDesc& g) {
     return g.shapes.empty() && g.solids.empty() && g.instances.size() == 1 && is_still(g.instances[0]) &&
-           g.instances[0].places.size() == 1;
+           g.instances[0].places.size() == 1 && g.instances[0].levels.empty();
 }
 
 // Instances of links become instances of what those place. Lower groups come first, so a link names none.
@@ -103,7 +106,7 @@ void join_chains(std::span<const GroupDesc> groups, GroupDesc& group, std::vecto
         if (!is_still(in) || !is_link(link))
             continue;
         const Matrix inner = link.instances[0].places[0];
-        std::vector<float> t(in.places.matrices.size());
+        std::vector<float> t(12 * in.places.size());
         for (size_t i = 0; i < in.places.size(); i++) {
             const Matrix outer = in.places[i];
             for (size_t r = 0; r < 3; r++)
@@ -311,13 +314,13 @@ class Bounding {
                 kept.push_back(i);
             }
             left_out += in.size() - kept.size();
-            keep(in, kept);
+            keep_some(in, kept);
         }
         std::erase_if(group.instances, [](const auto& in) { return in.size() == 0; });
         return left_out;
     }
 
-    void keep(GroupDesc::Instances& in, const std::vector<size_t>& kept) {
+    void keep_some(GroupDesc::Instances& in, const std::vector<size_t>& kept) {
         if (kept.size() == in.size())
             return;
         if (!in.paths.empty()) { // they lie elsewhere: the first ones
@@ -325,14 +328,12 @@ class Bounding {
             while (run < kept.size() && kept[run] == run)
                 run++;
             in.paths = in.paths.first(run);
-            return; // variations of the others stay behind
+            return; // what is known of the others stays behind
         }
-        keep_variations(in, kept);
-        std::vector<float> t;
-        for (const size_t i : kept)
-            append(t, in.places, i);
-        m_room.push_back(std::move(t));
-        in.places.matrices = m_room.back();
+        if (kept.empty())
+            in.places = {};
+        else
+            keep_places(in, kept, m_room);
     }
 
     const store::Store& m_store;

@@ -18,11 +18,13 @@ struct Rays {
     std::vector<hierarchy::Ray> rays;
     std::vector<uint32_t> lanes; // packet * W + lane
     std::vector<float> times;    // where something moves
+    std::vector<float> levels;   // where some do not see something
     std::vector<Beholder> beholders;
 
     static Rays& of_thread() {
         static thread_local Rays rays;
-        rays.rays.clear(), rays.lanes.clear(), rays.times.clear(), rays.beholders.clear();
+        rays.rays.clear(), rays.lanes.clear(), rays.times.clear(), rays.levels.clear(),
+            rays.beholders.clear();
         return rays;
     }
 };
@@ -38,7 +40,8 @@ uint32_t by_tiles(uint32_t n) {
 
 // `left(packet, lane)`: up to where the lane's ray goes; 0 or less = it does not.
 template <int W, class Left>
-void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool times, bool beholders, const Left& left) {
+void add_rays(Rays& to, std::span<const RayPacket<W>> packets, const hierarchy::World& world, bool beholders,
+              const Left& left) {
     const uint32_t count = uint32_t(packets.size()) * W, in_tiles = count / (Row * Tile) * (Row * Tile);
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t lane = n < in_tiles ? by_tiles(n) : n;
@@ -50,8 +53,10 @@ void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool times, bool 
         to.rays.push_back(
             {{r.o.x[i], r.o.y[i], r.o.z[i]}, r.t_min[i], {r.d.x[i], r.d.y[i], r.d.z[i]}, t_max});
         to.lanes.push_back(lane);
-        if (times)
+        if (world.moves())
             to.times.push_back(r.time[i]);
+        if (world.fades())
+            to.levels.push_back(r.level[i]);
         if (beholders)
             to.beholders.push_back(
                 {r.seed[i], r.passes[i], r.camera[i], r.level[i], r.passages ? r.passages + i : nullptr});
@@ -78,7 +83,7 @@ void trace_by(const hierarchy::World& world, uint32_t root, const Rays& rays, Fi
         RayQueue<8, Asked, Filter>(page, rays.rays, filter).run(done);
     else
         RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(page, rays.rays, filter, world.pages(),
-                                                               rays.times)
+                                                               rays.times, rays.levels)
             .run(done);
 }
 
@@ -233,7 +238,7 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
     if (empty())
         return;
     Rays& rays = Rays::of_thread();
-    add_rays(rays, packets, m_world.moves(), m_partly, [&](size_t packet, int lane) {
+    add_rays(rays, packets, m_world, m_partly, [&](size_t packet, int lane) {
         return hits[packet].hit[lane] ? hits[packet].t[lane] : packets[packet].t_max[lane];
     });
     class Hits final : public Sink {
@@ -264,7 +269,7 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
     if (empty())
         return;
     Rays& rays = Rays::of_thread();
-    add_rays(rays, packets, m_world.moves(), m_partly, [&](size_t packet, int lane) {
+    add_rays(rays, packets, m_world, m_partly, [&](size_t packet, int lane) {
         return hidden[packet][lane] ? 0.0f : packets[packet].t_max[lane];
     });
     class Hidden final : public Sink {

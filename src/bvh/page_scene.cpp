@@ -175,7 +175,7 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
         const uint32_t root = m_groups[size_t(in.group)].root;
         if (in.bounds_solid || root == None || in.size() == 0)
             continue;
-        level.push_back({root, in.places, in.paths});
+        level.push_back({root, in.places, in.paths, in.levels});
         group.runs.push_back({count, in.group, in.places, in.paths, in.first_slot, in.variations});
         count += uint32_t(in.size());
     }

@@ -102,5 +102,49 @@ TEST(Seen, LevelsInTransitionComplementEachOther) {
     }
 }
 
+// Two groups of one place: still and moving, in a group of its own or not, by pages and by Embree.
+TEST(Seen, InstancesOfTwoLevelsComplementEachOther) {
+    Shapes shapes;
+    add_square(shapes, false);
+    add_square(shapes, true);
+    const std::vector<float> apart = {1, 0, 0, 9, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                             half = {0.5f, 0, 0, 0, 0, 0.5f, 0, 0, 0, 0, 0.5f, 0};
+    const uint32_t second[] = {1};
+    std::vector<MotionPath> moving;
+    moving.emplace_back(std::vector<TransformKey>{{0, Transform::translate(0.5, 0, 0)},
+                                                  {1, Transform::translate(-0.5, 0, 0)}});
+    constexpr uint16_t Edge = 3 << 14; // 0.75
+    for (const uint64_t pages_from : {uint64_t(0), ~uint64_t(0)})
+        for (const bool moves : {false, true})
+            for (const bool nested : {false, true}) {
+                GroupDesc groups[4];
+                groups[0].shapes.push_back({0, 1});
+                groups[1].shapes.push_back({1, 1});
+                Places there(apart);
+                there.which = second;
+                GroupDesc& around = groups[nested ? 2 : 3];
+                for (int k = 0; k < 2; k++)
+                    around.instances.push_back(
+                        {.group = k,
+                         .places = moves ? Places() : there,
+                         .paths = moves ? std::span<const MotionPath>(moving) : std::span<const MotionPath>(),
+                         .variations = {7 + k},
+                         .levels = {k == 0 ? LevelRange{0, Edge - 1} : LevelRange{Edge}}});
+                if (nested)
+                    groups[3].instances.push_back({2, half});
+                const Scene scene(shapes.store, groups, {.pages_from = pages_from});
+                for (float level : {0.0f, 0.5f, 0.7499f, 0.75f, 0.9999f}) {
+                    EXPECT_TRUE(meets(scene, FromAbove, 0, level)) << level;
+                    RayPacket<8> rays = packet<8>(&FromAbove, 1);
+                    rays.level = Float<8>(level);
+                    HitPacket<8> hits;
+                    scene.intersect(rays, hits);
+                    ASSERT_TRUE(hits.hit[0]);
+                    EXPECT_EQ(hits.shape[0], level < 0.75f ? 0 : 1);
+                    EXPECT_EQ(hits.variation[0], level < 0.75f ? 7 : 8);
+                }
+            }
+}
+
 } // namespace
 } // namespace kanuka::bvh

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <compare>
 
+#include "base/level_range.h"
 #include "base/motion.h"
 #include "hierarchy/page.h"
 #include "hierarchy/ray.h"
@@ -20,8 +21,9 @@ struct InstanceLeaf {
     float origin[3]; // of the page, in the world: taken off first, so that places far away keep their digits
     uint32_t page;   // number of what stands there
     uint32_t number; // of the instance in its level
-    uint32_t stays;  // 1: the page lies in the level as it is, and rays are not made anew
-    uint32_t times;  // that its boxes are of, where it moves; 0: it stands still
+    uint16_t stays;  // 1: the page lies in the level as it is, and rays are not made anew
+    uint16_t times;  // that its boxes are of, where it moves; 0: it stands still
+    LevelRange seen; // by which rays
 
     // False where floats do not hold the way to the page.
     bool stand_at(const Transform& world_from_page);
@@ -92,7 +94,7 @@ struct MovingLeaf {
         float f = time;
         if (place.times > 2) {
             const double x = double(time) * (place.times - 1); // exact
-            const uint32_t step = std::min(uint32_t(x), place.times - 2);
+            const uint32_t step = std::min(uint32_t(x), place.times - 2u);
             from = boxes + step, to = from + 1, f = float(x - step);
         }
         const __m128 lo = between(_mm_loadu_ps(&from->lo.x), _mm_loadu_ps(&to->lo.x), f); // fourth: nothing
@@ -122,6 +124,7 @@ struct MovingLeaf {
             _mm256_storeu_pd(row, _mm256_cvtps_pd(_mm256_cvtpd_ps(_mm256_loadu_pd(row))));
         }
         leaf.page = place.page, leaf.number = place.number, leaf.stays = leaf.times = 0;
+        leaf.seen = place.seen;
         return leaf.stand_at(t);
     }
 

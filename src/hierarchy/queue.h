@@ -109,10 +109,11 @@ class RayQueue {
   public:
     static constexpr int Slots = 16;
 
-    // `pages`: what instances stand for, by number; `times` of the shutter, by ray: none = all begin with it.
+    // `pages`: what instances stand for, by number; `times` of the shutter, by ray: none = all begin with it;
+    // `levels` of detail that rays see: none = all see all.
     RayQueue(const Page& root, std::span<const Ray> rays, Filter& filter, std::span<const Page> pages = {},
-             std::span<const float> times = {})
-        : m_root(root), m_pages(pages), m_rays(rays), m_times(times), m_filter(filter) {}
+             std::span<const float> times = {}, std::span<const float> levels = {})
+        : m_root(root), m_pages(pages), m_rays(rays), m_times(times), m_levels(levels), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each, in the order in which they end. Of Query::Any the hit is
     // any. What runs side by side goes together, where no instances are.
@@ -256,6 +257,8 @@ class RayQueue {
     // Into the page that stands at a place, and back from it; false = it is in the outermost.
     void enter(Slot& s, const InstanceLeaf& place) {
         if constexpr (Levels > 1) {
+            if (!m_levels.empty() && !place.seen.holds(m_levels[s.number]))
+                return;
             Nest<Levels>& n = s.nest;
             const Page& inner = m_pages[place.page]; // not empty, and not too deep: World::add()
             auto& outer = n.outer[n.at.depth];
@@ -340,7 +343,7 @@ class RayQueue {
     const Page m_root;
     std::span<const Page> m_pages;
     std::span<const Ray> m_rays;
-    std::span<const float> m_times;
+    std::span<const float> m_times, m_levels;
     Filter& m_filter;
     size_t m_next = 0;
     std::span<const uint32_t> m_alone;

@@ -25,6 +25,7 @@ struct Placed {
     uint32_t page;
     bool stays = false;
     const MotionPath* path = nullptr;
+    LevelRange seen = {};
 };
 
 // By floats, as whoever shades a hit has it.
@@ -68,7 +69,7 @@ Bounds3f box_of(const Transform& t, const Bounds3f& b) {
 
 // False: no ray can be taken there.
 bool make_leaf(const Placed& p, uint32_t number, InstanceLeaf& leaf) {
-    leaf.page = p.page, leaf.number = number, leaf.stays = p.stays, leaf.times = 0;
+    leaf.page = p.page, leaf.number = number, leaf.stays = p.stays, leaf.times = 0, leaf.seen = p.seen;
     return is_affine(p.world_from_page) && leaf.stand_at(p.world_from_page);
 }
 
@@ -102,7 +103,8 @@ struct Boxes {
             return;
         }
         const std::span<Bounds3f> all = of(number);
-        leaf.place.page = p.page, leaf.place.number = number, leaf.place.times = uint32_t(all.size());
+        leaf.place.page = p.page, leaf.place.number = number, leaf.place.times = uint16_t(all.size());
+        leaf.place.seen = p.seen;
         leaf.path = p.path, leaf.boxes = all.size() > 2 ? all.data() : nullptr;
         leaf.first = all[0], leaf.second = all[1];
     }
@@ -266,6 +268,7 @@ uint32_t World::add(std::span<const Placements> runs) {
     for (const Placements& run : runs) {
         nesting = std::max(nesting, nesting_of(run.page));
         moves |= std::ranges::any_of(run.paths, &MotionPath::moves);
+        m_fades |= !run.seen.empty();
         first.push_back(count);
         count += run.size();
     }
@@ -274,9 +277,12 @@ uint32_t World::add(std::span<const Placements> runs) {
         const Placements& run = runs[r];
         if (run.stays())
             return Placed{{}, run.page, true};
-        if (!run.paths.empty())
-            return placed(run.page, run.paths[i - first[r]]);
-        return placed(run.page, run.world_from_page[i - first[r]].data());
+        const size_t k = i - first[r];
+        Placed p = run.paths.empty() ? placed(run.page, run.world_from_page[k].data())
+                                     : placed(run.page, run.paths[k]);
+        if (!run.seen.empty())
+            p.seen = run.seen[k];
+        return p;
     });
 }
 

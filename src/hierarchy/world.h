@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/level_range.h"
 #include "base/motion.h"
 #include "base/places.h"
 #include "hierarchy/page.h"
@@ -21,6 +22,7 @@ struct Placements {
     uint32_t page;
     Places world_from_page = {};            // none: the page lies there as it is
     std::span<const MotionPath> paths = {}; // moving ones instead; whoever has them keeps them
+    std::span<const LevelRange> seen = {};  // by which rays each is; none: by all
 
     bool stays() const { return world_from_page.empty() && paths.empty(); }
     size_t size() const { return stays() ? 1 : paths.empty() ? world_from_page.size() : paths.size(); }
@@ -46,6 +48,7 @@ class World {
     size_t left_out() const { return m_left_out; }
     size_t level_bytes() const;            // of all levels together
     bool moves() const { return m_moves; } // something does: rays need times
+    bool fades() const { return m_fades; } // some rays do not see something: they need levels
 
   private:
     template <class PlacementOf>
@@ -55,7 +58,7 @@ class World {
     std::vector<int> m_nesting;
     std::deque<PageMemory> m_levels;
     std::deque<LargeVector<Bounds3f>> m_boxes; // of moving instances, level by level
-    bool m_moves = false;
+    bool m_moves = false, m_fades = false;
     size_t m_left_out = 0;
 };
 
