@@ -17,6 +17,8 @@ struct Stats {
     struct Count {
         std::atomic<uint64_t> primitives{0}, primitives_kept{0}, primitives_evicted{0}, primitives_stored{0},
             hierarchies_kept{0}, grids{0}, vertices{0}, micropolygons{0}, traced_polygons{0}, instances{0},
+            instance_levels{0}, level_vertices{0},
+            instances_coarser{0}, // groups at coarser rates; in them; that show them
             shader_evaluations{0}, textures_made{0}, paths{0}, rays{0}, nan_samples{0}, fireflies{0},
             procedurals{0}, procedurals_read{0}; // that wait for rays, and that they have met
     } count;

@@ -232,6 +232,9 @@ nb::object stats_dict(const Picture& p) {
     count["micropolygons"] = s.count.micropolygons.load();
     count["traced_polygons"] = s.count.traced_polygons.load();
     count["instances"] = s.count.instances.load();
+    count["instances_coarser"] = s.count.instances_coarser.load();
+    count["instance_levels"] = s.count.instance_levels.load();
+    count["level_vertices"] = s.count.level_vertices.load();
     count["shader_evaluations"] = s.count.shader_evaluations.load();
     count["paths"] = s.count.paths.load();
     count["rays"] = s.count.rays.load();

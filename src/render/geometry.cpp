@@ -7,9 +7,10 @@
 #include "render/de_instance.h"
 #include "render/emitters.h"
 #include "render/group_views.h"
+#include "render/instance_placer.h"
 #include "render/motion.h"
 #include "render/prepare.h"
-#include "render/variations.h"
+#include "scene/counts.h"
 #include "scene/digest.h"
 
 namespace kanuka::render {
@@ -41,8 +42,10 @@ class RunLength {
 class GeometryBuilder {
   public:
     GeometryBuilder(const GeometryRequest& request, Geometry& out)
-        : m_request(request), m_out(&out), m_first_group(out.group_of_scene.size()), m_preparer(request),
-          m_variations(request.palette, out.variations) {}
+        : m_request(request), m_out(&out), m_first_group(out.levels_of_scene.size()), m_preparer(request),
+          m_views(request.scene, m_first_group, request.render_from_world, request.dice.camera,
+                  {request.instance_levels, request.dice.shading_rate_scale}),
+          m_placer(request, out, m_views, m_first_group, m_key) {}
 
     void run() {
         // The world comes last, whatever is added before it.
@@ -81,36 +84,90 @@ class GeometryBuilder {
 
     void build(bvh::GroupDesc& world) {
         const scene::Scene& scene = m_request.scene;
-        const std::vector<GroupView> views =
-            view_groups(scene, m_first_group, m_request.render_from_world, m_request.dice.camera);
         size_t total = scene.primitives.size() + count_unique(scene, m_first_group);
-        for (const scene::Group& g : scene.groups)
-            total += g.primitives.size();
+        for (size_t g = 0; g < scene.groups.size(); g++)
+            total += scene.groups[g].primitives.size() * (1 + m_views[g].coarser.size());
         m_preparer.expect(total);
         const auto start = Clock::now();
-        for (size_t g = 0; g < scene.groups.size(); g++) {
-            bvh::GroupDesc desc;
-            // A group that nothing shows is not diced.
-            const Transform built_from_group = around(-views[g].center);
-            if (views[g].pixels_per_unit > 0)
-                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, built_from_group,
-                               &views[g], desc);
-            add_instances(scene.groups[g].instances, built_from_group, desc);
-            m_out->group_of_scene.push_back(int(m_out->groups.size()));
-            m_out->center_of_scene.push_back(views[g].center);
-            m_out->groups.push_back(std::move(desc));
-        }
+        for (size_t g = 0; g < scene.groups.size(); g++)
+            add_group(g);
         add_primitives(scene.primitives, scene.solids, m_request.render_from_world, nullptr, world);
-        add_instances(scene.instances, m_request.render_from_world, world, true);
+        m_placer.add(scene.instances, {m_request.render_from_world}, world);
         for (const auto& in : scene.instances)
-            if (is_taken_apart(in))
+            if (m_placer.takes_apart(in))
                 add_unique(in, Transform(), {}, world);
         m_preparer.share_wall_time(std::chrono::duration<double>(Clock::now() - start).count());
     }
 
-    void add_primitives(const std::vector<scene::Primitive>& primitives,
+    // A group of the scene, at all its rates.
+    void add_group(size_t g) {
+        const scene::Group& group = m_request.scene.groups[g];
+        const GroupView& view = m_views[g];
+        const Transform built_from_group = around(-view.center);
+        const size_t emitters = m_out->store.emitters().size();
+        std::vector<uint64_t> vertices;
+        std::vector<int> levels;
+        for (size_t k = 0; k <= view.coarser.size(); k++) {
+            GroupView here = view;
+            if (k > 0)
+                here.pixels_per_unit = view.coarser[k - 1], here.stands_in_many = false;
+            bvh::GroupDesc desc;
+            const uint64_t before = m_request.stats.count.vertices;
+            // A group that nothing shows is not diced.
+            if (view.pixels_per_unit > 0 &&
+                !add_primitives(group.primitives, group.solids, built_from_group, &here, desc,
+                                view.coarser.empty() ? nullptr : &vertices))
+                break;
+            m_placer.add(group.instances, {built_from_group, int(g), here.pixels_per_unit, k > 0}, desc);
+            levels.push_back(int(m_out->groups.size()));
+            m_out->groups.push_back(std::move(desc));
+            if (k > 0) {
+                m_request.stats.count.instance_levels += 1;
+                m_request.stats.count.level_vertices += m_request.stats.count.vertices - before;
+            } else
+                m_shines.push_back(m_out->store.emitters().size() > emitters || shines_inside(group));
+            if (m_shines[g] || !gets_coarser(group, vertices))
+                break;
+        }
+        m_out->levels_of_scene.push_back(std::move(levels));
+        m_out->center_of_scene.push_back(view.center);
+    }
+
+    // Lamps are sampled one by one, whichever level of detail a path sees.
+    bool shines_inside(const scene::Group& group) const {
+        return std::ranges::any_of(group.instances, [&](const scene::Group::Instances& in) {
+            return size_t(in.group) < m_first_group || m_shines[size_t(in.group) - m_first_group];
+        });
+    }
+    // Faces are one cell at least. `vertices`: of each primitive, at the rate before.
+    bool gets_coarser(const scene::Group& group, const std::vector<uint64_t>& vertices) const {
+        const auto has_levels = [&](const scene::Group::Instances& in) {
+            return m_out->levels_of_scene[size_t(in.group)].size() > 1;
+        };
+        uint64_t sum = 0, fewest = 0;
+        for (size_t i = 0; i < vertices.size(); i++) {
+            const uint64_t faces = scene::primvar_counts(group.primitives[i].geometry, 0).uniform;
+            sum += vertices[i], fewest += std::min(vertices[i], faces);
+        }
+        return sum > 0 ? sum >= 4 * fewest : std::ranges::any_of(group.instances, has_levels);
+    }
+    static bool are_coarser(const std::vector<Prepared>& run, const std::vector<uint64_t>& finer) {
+        uint64_t sum = 0, before = 0;
+        for (size_t i = 0; i < run.size(); i++)
+            sum += vertices_of(run[i]), before += finer[i];
+        return 2 * sum <= before;
+    }
+    static uint64_t vertices_of(const Prepared& p) { return p.empty ? 0 : p.page.header().vertices; }
+
+    // `vertices`: of each primitive; those of the rate before, if there was one. False: this one would have
+    // half as many and more, and nothing was added.
+    bool add_primitives(const std::vector<scene::Primitive>& primitives,
                         const std::vector<scene::Solid>& solids, const Transform& render_from_group,
-                        const GroupView* instanced, bvh::GroupDesc& desc) {
+                        const GroupView* instanced, bvh::GroupDesc& desc,
+                        std::vector<uint64_t>* vertices = nullptr) {
+        const bool again = vertices && !vertices->empty(); // coarser
+        if (vertices)
+            vertices->resize(primitives.size());
         // Runs of primitives are prepared in parallel and made resident in order: the same store for any
         // thread count, and never more than a run's pages twice in memory.
         RunLength run(m_request.memory_budget);
@@ -129,9 +186,16 @@ class GeometryBuilder {
                 m_preparer.prepare(primitives[begin + i], render_from_group, instanced,
                                    bvh::subtracted(desc.solids, bounded), prepared[i]);
             });
+            m_request.stats.count.primitives += prepared.size();
+            if (again && begin == 0 && !are_coarser(prepared, *vertices)) {
+                std::ranges::for_each(prepared, [&](Prepared& p) { keep(p); });
+                return false;
+            }
             for (size_t i = 0; i < prepared.size(); i++) {
                 run.note(prepared[i].page.words.size() * sizeof(uint32_t));
-                const bool is_declared = primitives[begin + i].node != scene::NodeId::None;
+                if (vertices)
+                    (*vertices)[begin + i] = vertices_of(prepared[i]);
+                const bool is_declared = primitives[begin + i].node != scene::NodeId::None && !again;
                 if (m_request.made_again && is_declared && prepared[i].material) // not cancelled
                     m_request.made_again->note(primitives[begin + i], std::move(prepared[i].inputs),
                                                prepared[i].reasons);
@@ -143,8 +207,8 @@ class GeometryBuilder {
                 prepared[i] = {};
             }
         }
-        m_request.stats.count.primitives += primitives.size();
         close_run(shapes);
+        return true;
     }
 
     void tell_of_world(const scene::Primitive& primitive) {
@@ -281,35 +345,6 @@ class GeometryBuilder {
         return m_out->store.add_interior(interior);
     }
 
-    void add_instances(const std::vector<scene::Group::Instances>& all, const Transform& render_from_parent,
-                       bvh::GroupDesc& desc, bool in_world = false) {
-        for (const auto& in : all) {
-            if (in_world && is_taken_apart(in))
-                continue; // add_unique()
-            if (m_request.pages)
-                m_key(in.group, std::span<const float>(in.transforms.data(), in.transforms.size()), in.times,
-                      render_from_parent, m_out->center_of_scene[size_t(in.group)], in.variation);
-            if (in.moves()) {
-                add_moving_instances(in, render_from_parent, desc);
-                continue;
-            }
-            // Both are translations, or nothing.
-            const auto& m = render_from_parent.m;
-            const Places places({in.transforms.data(), in.transforms.size()}, {m[0][3], m[1][3], m[2][3]},
-                                m_out->center_of_scene[size_t(in.group)]);
-            m_request.stats.count.instances += places.size();
-            m_out->instanced |= !places.empty();
-            m_out->matrices.push_back(in.transforms);
-            desc.instances.push_back({.group = m_out->group_of_scene[size_t(in.group)],
-                                      .places = places,
-                                      .variations = m_variations.rows_of(in.variation, in.count())});
-        }
-    }
-
-    bool is_taken_apart(const scene::Group::Instances& in) const {
-        return are_unique(in) && size_t(in.group) >= m_first_group;
-    }
-
     // In the world, whose group's own instances are placed one by one: they lie in this place alone.
     // `around`: what they differ by that say nothing themselves.
     void add_unique(const scene::Group::Instances& in, const Transform& world_from_parent,
@@ -335,11 +370,10 @@ class GeometryBuilder {
                 std::ranges::move(copies, std::back_inserter(together));
             add_together(Run);
             for (const scene::Group::Instances& inner : group.instances)
-                if (is_taken_apart(inner))
+                if (m_placer.takes_apart(inner))
                     add_unique(inner, place, own, world);
                 else
-                    add_instances({placed(inner, m_request.render_from_world * place, own)}, Transform(),
-                                  world);
+                    m_placer.add({placed(inner, m_request.render_from_world * place, own)}, {}, world);
         }
         add_together(1);
         m_request.stats.count.instances += in.count();
@@ -355,82 +389,20 @@ class GeometryBuilder {
         m_out->transforms.push_back({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
         world.instances.push_back({.group = int(m_out->groups.size()),
                                    .places = m_out->transforms.back(),
-                                   .variations = m_variations.rows_of(own, 1)});
+                                   .variations = m_placer.rows_of(own, 1)});
         m_out->groups.push_back(std::move(desc));
         m_out->instanced = true;
-    }
-
-    // Instances of a group that has one place. Sums are made in double, and rounded where they are small.
-    static scene::Group::Instances placed(const scene::Group::Instances& in,
-                                          const Transform& render_from_group,
-                                          const scene::Variation& around) {
-        scene::Group::Instances out = in;
-        std::vector<float> rows(in.transforms.size());
-        for (size_t i = 0; 12 * i < rows.size(); i++) {
-            const Transform t = render_from_group * place_of(in, i);
-            for (size_t k = 0; k < 12; k++)
-                rows[12 * i + k] = float(t.m[k / 4][k % 4]);
-        }
-        out.transforms = std::move(rows);
-        out.unique = false;
-        if (out.variation.empty())
-            out.variation = around;
-        return out;
-    }
-
-    void add_moving_instances(const scene::Group::Instances& in, const Transform& render_from_parent,
-                              bvh::GroupDesc& desc) {
-        const size_t count = in.count();
-        const Transform group_from_built = around(m_out->center_of_scene[size_t(in.group)]);
-        std::vector<MotionPath> paths;
-        std::vector<float> still;
-        const std::vector<int32_t> rows = m_variations.rows_of(in.variation, count);
-        std::vector<int32_t> moving_rows, still_rows;
-        std::vector<TransformKey> keys(in.times.size());
-        for (size_t i = 0; i < count; i++) {
-            for (size_t k = 0; k < keys.size(); k++) {
-                keys[k].time = in.times[k];
-                const float* m = in.transforms.data() + 12 * (k * count + i);
-                for (size_t r = 0; r < 3; r++)
-                    for (size_t c = 0; c < 4; c++)
-                        keys[k].transform.m[r][c] = double(m[4 * r + c]);
-            }
-            if (const auto moving = keys_in_shutter(keys, m_request.shutter); !moving.empty()) {
-                paths.emplace_back(moving, render_from_parent, group_from_built);
-                if (!rows.empty())
-                    moving_rows.push_back(rows[i]);
-                continue;
-            }
-            if (!rows.empty())
-                still_rows.push_back(rows[i]);
-            still.resize(still.size() + 12);
-            MotionPath(keys, render_from_parent, group_from_built)
-                .at(m_request.shutter.open, still.data() + still.size() - 12);
-        }
-        m_request.stats.count.instances += count;
-        m_out->instanced |= count > 0;
-        m_out->moving |= !paths.empty();
-        if (!paths.empty()) {
-            m_out->paths.push_back(std::move(paths));
-            desc.instances.push_back({.group = m_out->group_of_scene[size_t(in.group)],
-                                      .paths = m_out->paths.back(),
-                                      .variations = std::move(moving_rows)});
-        }
-        if (!still.empty()) {
-            m_out->transforms.push_back(std::move(still));
-            desc.instances.push_back({.group = m_out->group_of_scene[size_t(in.group)],
-                                      .places = m_out->transforms.back(),
-                                      .variations = std::move(still_rows)});
-        }
     }
 
     const GeometryRequest& m_request;
     Geometry* m_out;
     size_t m_first_group; // of the scene's: those before it are built
     Preparer m_preparer;
-    VariationTable m_variations;
-    DeInstancer m_de_instancer;
     Digester m_key;
+    const GroupViews m_views;
+    InstancePlacer m_placer;
+    DeInstancer m_de_instancer;
+    std::vector<bool> m_shines; // of the scene's groups, with all in them
 };
 
 } // namespace

@@ -29,11 +29,13 @@ struct Geometry {
     std::vector<scene::Buffer<float>> matrices;      // of the scene, that the groups' instances point to
     std::vector<std::vector<float>> transforms;      // others, that they point to as well
     std::vector<std::vector<MotionPath>> paths;      // and the moving ones
-    std::vector<int> group_of_scene;                 // of the scene's groups among those here
+    std::vector<std::vector<uint32_t>> numbers;      // of matrices, where instances point to some of them
+    std::vector<std::vector<int>> levels_of_scene;   // of the scene's groups among those here, finest first
     std::vector<Vec3f> center_of_scene;              // GroupView::center of each of them
     std::vector<transport::VariationRow> variations; // that groups' instances name by number; none: empty
     bool instanced = false;
     bool moving = false; // something moves while the shutter is open
+    bool fades = false;  // some paths see other levels of detail of an instance than others
     Digest key;          // of all that it was made of, where GeometryRequest::pages are kept
 };
 
@@ -59,6 +61,7 @@ struct GeometryRequest {
     uint64_t memory_budget = 0;             // that pages come and go within; 0 = none
     Digest setting = {};                    // of what all materials depend on; for keys of pages
     MadeAgain* made_again = nullptr;        // with `pages`; null = nobody asks why
+    float instance_levels = 0;              // of detail: scene::Options has the same
 };
 
 // Thread count changes nothing in what is built.

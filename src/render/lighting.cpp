@@ -100,6 +100,7 @@ void Lighting::refresh() {
     m_inputs.instanced = geometry.instanced;
     m_inputs.variations = geometry.variations;
     m_inputs.moving = geometry.moving;
+    m_inputs.fades = geometry.fades;
     m_data = transport::SceneData(m_inputs, m_job.journal);
     m_data.view.settings.footprints = m_footprints;
     if (m_world.shading().has_air() && !m_data.view.media.airs.empty())

@@ -196,7 +196,7 @@ OracleRecorder::~OracleRecorder() = default;
 
 OracleRecorder::OracleRecorder(const scene::Scene& scene, const Transform& render_from_world,
                                const dice::DiceOptions& options) {
-    const std::vector<GroupView> views = view_groups(scene, 0, render_from_world, options.camera);
+    const GroupViews views(scene, 0, render_from_world, options.camera);
     const float pixels = options.camera.finest_pixels();
     m_pixel_spread = 1 / std::max(pixels, 1e-6f);
     m_spaces.push_back(std::make_unique<dice::Density>(dice::DiceTarget{}, options, 1.0f));

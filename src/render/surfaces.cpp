@@ -33,8 +33,8 @@ class SurfaceReader {
             has_solids |= !m_geometry.groups[g].solids.empty();
         }
         groups.back().origin = world_origin;
-        for (size_t i = 0; i < m_geometry.group_of_scene.size(); i++) {
-            SurfaceGroup& group = groups[size_t(m_geometry.group_of_scene[i])];
+        for (size_t i = 0; i < m_geometry.levels_of_scene.size(); i++) {
+            SurfaceGroup& group = groups[size_t(m_geometry.levels_of_scene[i][0])];
             const Vec3f& c = m_geometry.center_of_scene[i];
             group.origin = {double(c.x), double(c.y), double(c.z)};
             if (i < m_scene.groups.size())

@@ -371,6 +371,9 @@ struct Options {
         0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)
     float normal_tolerance = 3; // and degrees between their normals
     bool watertight = true;     // rays never pass between polygons that share an edge
+    // What stands at many places, near and far, is diced and shaded at a few rates: so many times as fine as
+    // each place asks for. 0 = as fine as the closest needs, everywhere.
+    float instance_levels = 0;
     int procedural_memory =
         0; // MB that may grow out of procedurals which wait for rays; 0 or less = unbounded
     uint32_t seed = 0;

@@ -20,7 +20,7 @@ struct GeometryView {
     const VariationRow* variations = nullptr; // by bvh::HitPacket::variation; null = no instance has one
     bool moving = false;                      // paths have a time: something moves while the shutter is open
     bool tinted = false; // some shape stops some colours more than others: store::ShapeRecord::Tinted
-    // Some shape has it: store::Links::seen, and levels of detail in transition.
+    // Some shape has it: store::Links::seen, and levels of detail in transition, or some instance.
     bool holds_out = false, hides = false, fades = false, backdrops = false;
 };
 

@@ -21,6 +21,7 @@ void fill_geometry(SceneData& data, const SceneInputs& in) {
     view.instanced = in.instanced;
     view.variations = in.variations.empty() ? nullptr : in.variations.data();
     view.moving = in.moving || !in.camera.motion.empty();
+    view.fades = in.fades;
     for (size_t i = 0; i < in.store->programs().size(); i++)
         data.materials.emplace_back(in.store->programs()[i], in.store->words(int(i)));
     view.materials = data.materials;

@@ -35,6 +35,7 @@ struct SceneInputs {
     Transform render_from_world;
     CameraView camera;
     bool moving = false;                  // something moves while the shutter is open, or the camera does
+    bool fades = false;                   // some paths see other levels of detail of an instance than others
     std::vector<bool> aov_is_color;       // SettingsView has the same
     std::vector<std::string> expressions; // of light paths, whose channels are the last of those
     IntegratorChoice integrator;

@@ -126,6 +126,11 @@ const OptionParameter Rows[] = {
     {{.name = "watertight", .rib = "kanuka:watertight", .flag = "watertight",
       .about = "rays never pass between polygons that share an edge; without it they are up to a quarter faster"},
      at<&O::watertight>},
+    {{.name = "instance_levels", .rib = "kanuka:instancelevels", .flag = "instance-levels",
+      .about = "what stands at many places, near and far, is diced and shaded at a few rates, so many times as finely "
+               "as each place asks for; 0 = all as the closest",
+      .range = NotNegative},
+     at<&O::instance_levels>},
     {{.name = "procedural_memory", .rib = "limits:proceduralmemory", .flag = "",
       .about = "that may grow out of procedurals which wait for rays; 0 and -1 = unbounded", .unit = "MB",
       .range = {-1, 1 << 30}},
