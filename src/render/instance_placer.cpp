@@ -62,7 +62,7 @@ std::vector<InstancePlacer::Run> InstancePlacer::runs_of(const scene::Group::Ins
                                                          const Parent& parent) {
     const std::vector<int>& levels = m_out.levels_of_scene[size_t(in.group)];
     const size_t count = in.count();
-    if (levels.size() == 1)
+    if (levels.size() == 1 || size_t(in.group) < m_first_group) // nothing is known of what was built before
         return {{levels[0], {}, {}}};
     const GroupView& view = m_views[size_t(in.group) - m_first_group];
     std::vector<Run> runs(2 * levels.size());
