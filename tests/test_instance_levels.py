@@ -131,7 +131,7 @@ def test_threads_and_lanes_find_the_same_bits() -> None:
             render(scene, 1, 2, memory=memory, **how) for how in ({}, {"threads": 1}, {"lanes": 1}, {"lanes": 16})
         ]
         for picture in pictures[1:]:
-            same(picture, pictures[0])
+            assert same(picture, pictures[0])
 
 
 # Nine stand beside the camera, out of the picture, wherever it goes, and one far ahead. There is a level of detail for
@@ -284,3 +284,19 @@ def test_of_moving_and_nested_ones_pictures_are_alike() -> None:
     assert counts(scene)["instance_levels"] >= 4
     for memory in (None, "1G"):
         expect_alike(seeds(scene, 0, 0, memory=memory), seeds(scene, 1, 100, memory=memory))
+
+
+def test_sessions_shots_and_stores_know_them(tmp_path: Path) -> None:
+    scene = field()
+    session = kanuka.Session(scene, progressions=2, instance_levels=1)
+    session.advance()
+    first = session.picture()
+    for levels, primitives in ((0, 2), (1, 4)):
+        session.update(instance_levels=levels)
+        session.advance()
+        assert session.kept["primitives"] == session.kept["primitives_kept"] == primitives
+    assert same(session.picture(), first)
+    cameras = [kanuka.Camera((0, 1.6, -2 * k), (0, 1.48, -1 - 2 * k), fov=50) for k in range(2)]
+    assert counts(scene, shot=cameras)["instances_coarser"] > 0
+    made, found = (counts(scene, store=tmp_path / "pages") for _ in range(2))
+    assert made["primitives_stored"] == 0 and found["primitives_stored"] == found["primitives"] == 4
