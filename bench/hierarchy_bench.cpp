@@ -1,10 +1,9 @@
 // Pages of src/hierarchy beside Embree on the same vertices.
 //
-//     hierarchy_bench [--scene=terrain|cave|globe|mesh|hair] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
-//     [--json]
+//     hierarchy_bench [--scene=terrain|cave|globe|mesh|hair] [--size=N] [--rounds=N] [--rays=N] [--json]
 //
 // Nanoseconds a ray of one thread (its processor time; medians of rounds, in which all take turns), bytes a
-// primitive and milliseconds to build. With --leaks, only rays that a closed surface lets out are counted.
+// primitive and milliseconds to build. Rays that surfaces let out: ray_bench.cpp.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -35,7 +34,6 @@ namespace {
 struct Options {
     std::string scene = "terrain";
     int size = 0, rounds = 5, rays = 256 * 256;
-    long leaks = 0;
     bool json = false; // a line for each tracer, and for each tracer and kind of ray
 };
 
@@ -249,34 +247,6 @@ std::vector<RaySet> make_rays(const BenchScene& s, const Page& page, int count) 
     return sets;
 }
 
-// Rays from inside of a closed surface, at random, at vertices, along edges.
-int count_leaks(const BenchScene& s, const Lattice& lattice, const Page& page, long count) {
-    Random random(9);
-    std::vector<Ray> rays(1 << 16);
-    std::vector<Hit> hits(rays.size());
-    std::vector<uint8_t> any(rays.size());
-    long leaks[3] = {}, shot[3] = {};
-    for (long done = 0; done < count; done += long(rays.size())) {
-        for (size_t i = 0; i < rays.size(); i++) {
-            const TestGrid& g = s.grids[random.below(uint32_t(s.grids.size()))];
-            int x = int(random.below(uint32_t(g.columns))), y = int(random.below(uint32_t(g.rows)));
-            if (random.below(2))
-                (random.below(2) ? x : y) = 0;
-            const Vec3f a = lattice.snap(g.at(x, y)),
-                        b = lattice.snap(random.below(2) ? g.at(x + 1, y) : g.at(x, y + 1));
-            rays[i].o = random.in_box(50);
-            rays[i].d = i % 3 == 0 ? random.direction()
-                                   : a + (b - a) * (i % 3 == 1 ? 0.0f : random.uniform()) - rays[i].o;
-        }
-        closest(page, rays, hits), occluded(page, rays, any);
-        for (size_t i = 0; i < rays.size(); i++)
-            leaks[i % 3] += !hits[i].found() || !any[i], shot[i % 3]++;
-    }
-    std::printf("leaks: %ld of %ld at random, %ld of %ld at vertices, %ld of %ld along edges\n", leaks[0],
-                shot[0], leaks[1], shot[1], leaks[2], shot[2]);
-    return leaks[0] + leaks[1] + leaks[2] != 0;
-}
-
 // Bytes of what a page consists of, and how many leaves of a kind there are. Groups begin at multiples of 64
 // bytes, so counts are a little too high.
 void print_shares(const Page& page, double primitives) {
@@ -383,8 +353,6 @@ int main(int argc, char** argv) {
             o.rounds = std::max(1, std::atoi(v));
         else if (const char* v = value("--rays="))
             o.rays = std::max(16, std::atoi(v));
-        else if (const char* v = value("--leaks="))
-            o.leaks = std::atol(v);
         else if (std::strcmp(argv[i], "--json") == 0)
             o.json = true;
     }
@@ -410,8 +378,6 @@ int main(int argc, char** argv) {
         voted.push_back(then - start), built.push_back(wall_ms() - then);
     }
     const Page page = memory.page();
-    if (o.leaks > 0)
-        return count_leaks(s, lattices.grids, page, o.leaks);
     const double primitives = double(s.primitives());
     const auto tell = [&](const char* tracer, double bytes, double positions, double ms) {
         if (o.json)
