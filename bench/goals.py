@@ -36,6 +36,7 @@ def all_goals(results: Results) -> list[Goal]:
         agreement,
         micropolygons,
         dice,
+        fibres,
         rays,
         hair,
         networks,
@@ -99,6 +100,23 @@ def dice(results: Results) -> Iterator[Goal]:
                 rates = [rate / 1e6 for rate in run.get("rounds", {}).get("vertices_per_cpu_s", [])]
                 rate = intervals.of(rates) if rates else Interval(run["vertices_per_cpu_s"] / 1e6)
                 yield Goal(f"{run['case']}: dicing, a thread", "≥ 4 M vertices/s", times(rate, " M/s"), rate.above(4))
+
+
+def fibres(results: Results) -> Iterator[Goal]:
+    """Of pages beside Embree."""
+    for scene, found in results.of("hierarchy"):
+        if scene != "hair":
+            continue
+        for line in found["rays"]:
+            fastest = max((Interval(**ratio) for ratio in line["against"].values()), key=lambda ratio: ratio.value)
+            yield Goal(
+                f"hair, {line['name']}: rays through pages, against Embree",
+                "≤ 0.8×",
+                times(fastest),
+                fastest.below(0.8),
+            )
+        each = found["tracers"][0]["bytes_each"]
+        yield Goal("hair: pages, positions included", "≤ 24 bytes a segment", f"{each:.1f}", yes(each <= 24))
 
 
 def rays(results: Results) -> Iterator[Goal]:
