@@ -1,5 +1,7 @@
 #include "hierarchy/build.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "base/error.h"
@@ -22,7 +24,9 @@ size_t aligned(size_t bytes) {
 // Where everything goes: header, tiles, leaves by kind, names by kind, nodes.
 class Layout {
   public:
-    Layout(std::span<const Group> groups, size_t tiles) : m_offset(groups.size()) {
+    // `ends`: leaves at each place, 2 of what changes.
+    Layout(std::span<const Group> groups, size_t tiles, uint32_t ends)
+        : m_offset(groups.size()), m_ends(ends) {
         size_t at = sizeof(Header);
         header.tiles = at, header.tile_count = uint32_t(tiles);
         at = aligned(at + tiles * sizeof(Tile));
@@ -32,7 +36,7 @@ class Layout {
             for (size_t i = 0; i < groups.size(); i++)
                 if (int(groups[i].kind) == k) {
                     m_offset[i] = at;
-                    at = aligned(at + groups[i].count * UnitsOf[k] * UnitBytes);
+                    at = aligned(at + groups[i].count * stride(Kind(k)));
                 }
             s.leaf_bytes = at - s.leaves;
         }
@@ -40,15 +44,16 @@ class Layout {
         for (int k = 1; k < int(Kind::Count); k++) {
             Section& s = header.section[k];
             s.names = at;
-            s.name_count = (s.leaf_bytes / (UnitsOf[k] * UnitBytes) + 1) * names_of_leaf(Kind(k));
+            s.name_count = (s.leaf_bytes / stride(Kind(k)) + 1) * names_of_leaf(Kind(k));
             if (s.leaf_bytes == 0)
                 s.name_count = 0;
             at = aligned(at + s.name_count * sizeof(uint32_t));
         }
         header.nodes = at;
     }
+    size_t stride(Kind kind) const { return UnitsOf[int(kind)] * UnitBytes * m_ends; }
     size_t leaf(size_t group, const Group& g, int i) const {
-        return m_offset[group] + unsigned(i) * UnitsOf[int(g.kind)] * UnitBytes;
+        return m_offset[group] + unsigned(i) * stride(g.kind);
     }
     size_t offset(size_t group) const { return m_offset[group]; }
 
@@ -56,9 +61,119 @@ class Layout {
 
   private:
     LargeVector<size_t> m_offset;
+    uint32_t m_ends;
 };
 
+// Leaves of all kinds, and groups of them one kind behind the other.
+class AllLeaves {
+  public:
+    AllLeaves(const Content& content, const Lattices& lattices)
+        : m_grids(content.grids, lattices.grids),
+          m_triangles(content.meshes, 3, lattices.meshes, lattices.grids),
+          m_quads(content.meshes, 4, lattices.meshes, lattices.grids),
+          m_fibres(content.fibres, lattices.fibres), m_ends(content.changes() ? 2 : 1),
+          m_groups(m_grids.groups()) {
+        m_end_of_grids = m_groups.size();
+        m_end_of_triangles = add(m_triangles.groups());
+        m_end_of_quads = add(m_quads.groups());
+        add(m_fibres.groups());
+    }
+
+    const GridLeaves& grids() const { return m_grids; }
+    const LargeVector<Group>& groups() const { return m_groups; }
+    uint32_t ends() const { return m_ends; } // leaves at each place: 2 of what changes
+    // Calls `with` with whatever made the group.
+    template <class With>
+    auto of_group(size_t g, const With& with) const {
+        return g < m_end_of_grids       ? with(m_grids)
+               : g < m_end_of_triangles ? with(m_triangles)
+               : g < m_end_of_quads     ? with(m_quads)
+                                        : with(m_fibres);
+    }
+    // Boxes of the leaves of a group of what changes, at both ends of the interval. What is between is
+    // rounded to floats, vertices and planes alike: the boxes are so much wider (docs/hierarchy.md,
+    // "Robustness").
+    std::array<Group, 2> at_ends(size_t g) const {
+        std::array<Group, 2> both{m_groups[g], m_groups[g]};
+        of_group(g, [&](const auto& leaves) {
+            for (int i = 0; i < both[0].count; i++) {
+                Bounds3f box[2] = {leaves.box(m_groups[g], i, 0), leaves.box(m_groups[g], i, 1)};
+                for (int a = 0; a < 3; a++) {
+                    float largest = 0;
+                    for (const Bounds3f& b : box)
+                        largest = std::max({largest, std::abs(b.lo[a]), std::abs(b.hi[a])});
+                    for (Bounds3f& b : box)
+                        b.lo[a] -= 0x1p-20f * largest, b.hi[a] += 0x1p-20f * largest;
+                }
+                both[0].box[i] = box[0], both[1].box[i] = box[1];
+            }
+        });
+        return both;
+    }
+
+  private:
+    size_t add(const LargeVector<Group>& more) {
+        m_groups.insert(m_groups.end(), more.begin(), more.end());
+        return m_groups.size();
+    }
+
+    const GridLeaves m_grids;
+    const MeshLeaves m_triangles, m_quads;
+    const FibreLeaves m_fibres;
+    uint32_t m_ends;
+    LargeVector<Group> m_groups;
+    size_t m_end_of_grids, m_end_of_triangles, m_end_of_quads;
+};
+
+BoxesAtEnds boxes_at_ends(const AllLeaves& all) {
+    BoxesAtEnds boxes;
+    for (LargeVector<Bounds3f>& b : boxes)
+        b.resize(all.groups().size());
+    tasks::parallel_chunks(all.groups().size(), GroupsATask, [&](size_t begin, size_t end) {
+        for (size_t g = begin; g < end; g++) {
+            const std::array<Group, 2> both = all.at_ends(g);
+            boxes[0][g] = both[0].bounds(), boxes[1][g] = both[1].bounds();
+        }
+    });
+    return boxes;
+}
+
+// Writes what a group has: leaves, their names, its node or, of what changes, two.
+void write_group(const AllLeaves& all, const Layout& layout, size_t g, Node* nodes, uint8_t* bytes) {
+    const Group& group = all.groups()[g];
+    const Section& s = layout.header.section[int(group.kind)];
+    uint32_t* const names = reinterpret_cast<uint32_t*>(bytes + s.names);
+    const size_t size = UnitsOf[int(group.kind)] * UnitBytes;
+    all.of_group(g, [&]<class Leaves>(const Leaves& leaves) {
+        for (int i = 0; i < group.count; i++) {
+            const size_t at = layout.leaf(g, group, i), number = (at - s.leaves) / layout.stride(group.kind);
+            for (uint32_t end = 0; end < all.ends(); end++)
+                leaves.write(group, i, bytes + at + end * size, int(end));
+            if constexpr (std::is_same_v<Leaves, GridLeaves>) {
+                names[number] = leaves.name(group, i);
+            } else {
+                uint32_t eight[8];
+                leaves.names(group, i, eight);
+                std::memcpy(names + number * 8, eight, sizeof eight);
+            }
+        }
+    });
+    const uint32_t children =
+        Children{group.kind, group.count, uint32_t(layout.offset(g) / UnitBytes)}.word();
+    if (all.ends() == 1)
+        return write_node(*nodes, group, children);
+    const std::array<Group, 2> both = all.at_ends(g);
+    for (size_t end = 0; end < 2; end++)
+        write_node(nodes[end], both[end], children);
+}
+
 } // namespace
+
+bool Content::changes() const {
+    const auto later = [](const auto& view) { return view.later != nullptr; };
+    return std::ranges::any_of(grids, later) || std::ranges::any_of(meshes, later) ||
+           std::ranges::any_of(fibres, later);
+}
 
 StepVotes votes_of(const Content& content) {
     constexpr size_t GridsATask = 64, FacesATask = 65536;
@@ -102,65 +217,40 @@ PageMemory build(const Content& content, const Lattice& lattice) {
 }
 
 PageMemory build(const Content& content, const Lattices& lattices) {
-    const GridLeaves grids(content.grids, lattices.grids);
-    const MeshLeaves triangles(content.meshes, 3, lattices.meshes, lattices.grids),
-        quads(content.meshes, 4, lattices.meshes, lattices.grids);
-    const FibreLeaves fibres(content.fibres, lattices.fibres);
-    LargeVector<Group> groups = grids.groups();
-    const auto add = [&groups](const LargeVector<Group>& more) {
-        groups.insert(groups.end(), more.begin(), more.end());
-        return groups.size();
-    };
-    const size_t end_of_grids = groups.size(), end_of_triangles = add(triangles.groups()),
-                 end_of_quads = add(quads.groups());
-    add(fibres.groups());
-    Layout layout(groups, grids.tiles().size());
+    const AllLeaves all(content, lattices);
+    const std::span<const Group> groups = all.groups();
+    const bool changes = all.ends() == 2;
+    const std::vector<Tile>& tiles = all.grids().tiles();
+    Layout layout(groups, tiles.size(), all.ends());
     Header& h = layout.header;
-    NodeTree tree = make_nodes(groups, h.nodes);
+    BoxesAtEnds at_ends;
+    if (changes)
+        at_ends = boxes_at_ends(all);
+    NodeTree tree = make_nodes(groups, h.nodes, changes ? &at_ends : nullptr);
     h.node_bytes = tree.nodes.size() * sizeof(Node);
     h.magic = Magic, h.version = Version;
     h.bytes = h.nodes + h.node_bytes;
     if (h.bytes > Children::MostBytes)
         throw Error("a page of the ray tracer is larger than 2 GiB");
     h.step = power_of_two(std::min(lattices.grids.exponent, lattices.meshes.exponent));
-    h.root = groups.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
-    h.tile_log = uint32_t(grids.tile_log());
+    h.root = groups.empty() ? NoRef : make_ref(changes ? Kind::Changing : Kind::Nodes, h.nodes);
+    h.tile_log = uint32_t(all.grids().tile_log());
     Bounds3f bounds;
-    for (const Group& g : groups)
-        bounds.extend(g.bounds());
+    for (size_t g = 0; g < groups.size(); g++)
+        if (changes)
+            bounds.extend(at_ends[0][g]), bounds.extend(at_ends[1][g]);
+        else
+            bounds.extend(groups[g].bounds());
     for (int a = 0; a < 3; a++)
         h.lower[a] = bounds.lo[a], h.upper[a] = bounds.hi[a];
 
     PageMemory memory(h.bytes);
     uint8_t* const bytes = reinterpret_cast<uint8_t*>(memory.data());
-    if (!grids.tiles().empty()) // of nothing there is no address
-        std::memcpy(bytes + h.tiles, grids.tiles().data(), grids.tiles().size() * sizeof(Tile));
+    if (!tiles.empty()) // of nothing there is no address
+        std::memcpy(bytes + h.tiles, tiles.data(), tiles.size() * sizeof(Tile));
     tasks::parallel_chunks(groups.size(), GroupsATask, [&](size_t begin, size_t end) {
-        for (size_t g = begin; g < end; g++) {
-            const Group& group = groups[g];
-            const Section& s = h.section[int(group.kind)];
-            const size_t size = UnitsOf[int(group.kind)] * UnitBytes;
-            for (int i = 0; i < group.count; i++) {
-                const size_t at = layout.leaf(g, group, i), number = (at - s.leaves) / size;
-                uint32_t* const names = reinterpret_cast<uint32_t*>(bytes + s.names);
-                const auto write_eight = [&](const auto& leaves) {
-                    uint32_t eight[8];
-                    leaves.write(group, i, bytes + at);
-                    leaves.names(group, i, eight);
-                    std::memcpy(names + number * 8, eight, sizeof eight);
-                };
-                if (g >= end_of_quads) {
-                    write_eight(fibres);
-                } else if (g >= end_of_grids) {
-                    write_eight(g < end_of_triangles ? triangles : quads);
-                } else {
-                    grids.write(group, i, bytes + at);
-                    names[number] = grids.name(group, i);
-                }
-            }
-            const Children c{group.kind, group.count, uint32_t(layout.offset(g) / UnitBytes)};
-            write_node(tree.nodes[tree.leaf_at[g]], group, c.word());
-        }
+        for (size_t g = begin; g < end; g++)
+            write_group(all, layout, g, &tree.nodes[tree.leaf_at[g]], bytes);
     });
     if (!tree.nodes.empty())
         std::memcpy(bytes + h.nodes, tree.nodes.data(), h.node_bytes);

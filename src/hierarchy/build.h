@@ -14,6 +14,9 @@ struct GridView {
     const float* positions; // xyz
     int columns, rows;      // cells
     int finer = 1;          // micropolygons that a side of a cell stands for, where it is flat
+    // Where the vertices are as an interval of time ends which begins with `positions`; null = it stands
+    // still.
+    const float* later = nullptr;
 };
 
 struct MeshView {
@@ -21,8 +24,9 @@ struct MeshView {
     size_t vertices;
     const uint32_t* corners; // `sides` a face; a face with a corner that no vertex has is left out
     size_t faces;
-    int sides = 3;        // or 4: triangles (0, 1, 3) and (2, 3, 1), which are numbered as faces
-    bool is_grid = false; // its vertices stand on the lattice of grids
+    int sides = 3;                // or 4: triangles (0, 1, 3) and (2, 3, 1), which are numbered as faces
+    bool is_grid = false;         // its vertices stand on the lattice of grids
+    const float* later = nullptr; // as of GridView
 
     size_t triangles() const { return faces * size_t(sides - 2); }
 };
@@ -33,8 +37,10 @@ struct FibreView {
     size_t count;
     const uint32_t* first; // of each segment; one that has no second vertex is left out
     size_t segments;
+    const float* later = nullptr; // as of GridView
 };
 
+// All of it stands still, or all changes.
 struct Content {
     std::span<const GridView> grids;
     std::span<const MeshView> meshes;
@@ -42,10 +48,12 @@ struct Content {
     // polygons that may be as large as the picture.
     bool fine_meshes = false;
     std::span<const FibreView> fibres = {};
+
+    bool changes() const;
 };
 
-// What the leaves of this content wish for, fibres aside: pages that share edges add theirs up, and are built
-// on one lattice.
+// What the leaves of this content wish for as they are at the beginning, fibres aside: pages that share edges
+// add theirs up, and are built on one lattice.
 StepVotes votes_of(const Content& content);
 // Likewise for all fibres that may touch.
 FibreLattice fibre_lattice_of(std::span<const FibreView> fibres);

@@ -13,7 +13,8 @@ struct Candidate {
     const Page& page; // that the hit lies in,
     const Ray& here;  // the ray as it runs there,
     const Hit& hit;
-    const InstancePath& path; // and how it came there
+    const InstancePath& path; // and how it came there;
+    float fraction;           // of the interval of time, where the page has shapes that change
 };
 // What a ray may hit. Whoever asks gives an object like this one: accepts() is called in no particular order;
 // what it refuses is not there for the ray.

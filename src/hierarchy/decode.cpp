@@ -18,83 +18,91 @@ Vec3f unpack(const int32_t (&frame)[3], uint32_t word) {
     return p;
 }
 
-Vec3f grid_vertex(const Page& page, Ref leaf, int k) {
-    if (kind_of(leaf) == Kind::Grid32) {
-        const Grid32& g = page.at<Grid32>(leaf);
-        return unpack(g.frame, g.vertex[k]);
-    }
-    if (kind_of(leaf) == Kind::GridFloat) {
-        const GridFloat& g = page.at<GridFloat>(leaf);
-        return {g.coordinate[0][k], g.coordinate[1][k], g.coordinate[2][k]};
-    }
-    const Grid48& g = page.at<Grid48>(leaf);
+Vec3f coordinates(const int32_t (&frame)[3], uint32_t x, uint32_t y, uint32_t z) {
+    const uint32_t field[3] = {x, y, z};
     Vec3f p;
     for (int a = 0; a < 3; a++)
-        p[a] = (float(g.coordinate[a][k]) + float(g.frame[a] >> 8)) * unit_of(g.frame);
+        p[a] = (float(field[a]) + float(frame[a] >> 8)) * unit_of(frame);
     return p;
+}
+
+// Vertex k of a leaf: of grids as it is numbered, of others corner by corner (end by end), eight each.
+Vec3f vertex(const Grid32& g, uint32_t k) {
+    return unpack(g.frame, g.vertex[k]);
+}
+Vec3f vertex(const Grid48& g, uint32_t k) {
+    return coordinates(g.frame, g.coordinate[0][k], g.coordinate[1][k], g.coordinate[2][k]);
+}
+Vec3f vertex(const GridFloat& g, uint32_t k) {
+    return {g.coordinate[0][k], g.coordinate[1][k], g.coordinate[2][k]};
+}
+Vec3f vertex(const Triangle32& t, uint32_t k) {
+    return unpack(t.frame, t.corner[k / 8][k % 8]);
+}
+Vec3f vertex(const Fibre32& f, uint32_t k) {
+    return unpack(f.frame, f.end[k / 8][k % 8]);
+}
+template <class Leaf>
+    requires requires(const Leaf& l) { l.coordinate[0][0][0], l.frame[0]; }
+Vec3f vertex(const Leaf& l, uint32_t k) {
+    return coordinates(l.frame, l.coordinate[0][k / 8][k % 8], l.coordinate[1][k / 8][k % 8],
+                       l.coordinate[2][k / 8][k % 8]);
+}
+template <class Leaf>
+    requires requires(const Leaf& l) { l.coordinate[0][0][0], l.count; }
+Vec3f vertex(const Leaf& l, uint32_t k) {
+    return {l.coordinate[0][k / 8][k % 8], l.coordinate[1][k / 8][k % 8], l.coordinate[2][k / 8][k % 8]};
+}
+
+// What `of` gives of a leaf; of one of shapes that change as it is then, by the operations of traversal.
+template <class Of>
+auto at_fraction(const Page& page, Ref leaf, float fraction, const Of& of) {
+    return with_leaf(page, leaf, [&](const auto& begin) {
+        const auto first = of(begin);
+        return page.changes() ? first + (of((&begin)[1]) - first) * fraction : first;
+    });
+}
+Vec3f vertex_of(const Page& page, Ref leaf, uint32_t k, float fraction) {
+    return at_fraction(page, leaf, fraction, [k](const auto& l) { return vertex(l, k); });
+}
+float radius_of(const Page& page, Ref leaf, uint32_t end, uint32_t number, float fraction) {
+    return at_fraction(page, leaf, fraction, [&](const auto& l) {
+        if constexpr (requires { l.radius; })
+            return std::bit_cast<float>((l.radius[end][number] + l.least_radius)
+                                        << FibreLattice::DroppedBits);
+        else
+            return 0.0f;
+    });
 }
 
 } // namespace
 
-Corners corners_of(const Page& page, Ref leaf, uint32_t primitive) {
+Corners corners_of(const Page& page, Ref leaf, uint32_t primitive, float fraction) {
     Corners c;
-    if (kind_of(leaf) == Kind::Triangle32) {
-        const Triangle32& t = page.at<Triangle32>(leaf);
-        for (int k = 0; k < 3; k++)
-            c.at[k] = unpack(t.frame, t.corner[k][primitive % LeafTriangles]);
-    } else if (kind_of(leaf) == Kind::TriangleFloat) {
-        const TriangleFloat& t = page.at<TriangleFloat>(leaf);
-        for (int k = 0; k < 3; k++)
-            for (int a = 0; a < 3; a++)
-                c.at[k][a] = t.coordinate[a][k][primitive % LeafTriangles];
-    } else if (kind_of(leaf) == Kind::Triangle48) {
-        const Triangle48& t = page.at<Triangle48>(leaf);
-        for (int k = 0; k < 3; k++)
-            for (int a = 0; a < 3; a++)
-                c.at[k][a] = (float(t.coordinate[a][k][primitive % LeafTriangles]) + float(t.frame[a] >> 8)) *
-                             unit_of(t.frame);
-    } else {
-        const int cell = int(primitive / 2) % 16, first = cell / 4 * LeafRow + cell % 4;
-        const int order[2][3] = {{0, 1, LeafRow}, {LeafRow + 1, LeafRow, 1}};
-        for (int k = 0; k < 3; k++)
-            c.at[k] = grid_vertex(page, leaf, first + order[primitive & 1][k]);
-    }
+    const uint32_t cell = primitive / 2 % 16, first = cell / 4 * LeafRow + cell % 4;
+    const uint32_t order[2][3] = {{0, 1, LeafRow}, {LeafRow + 1, LeafRow, 1}};
+    for (uint32_t k = 0; k < 3; k++)
+        c.at[k] = vertex_of(page, leaf,
+                            is_of_triangles(kind_of(leaf)) ? k * LeafTriangles + primitive % LeafTriangles
+                                                           : first + order[primitive & 1][k],
+                            fraction);
     return c;
 }
 
-Segment segment_of(const Page& page, Ref leaf, uint32_t number) {
+Segment segment_of(const Page& page, Ref leaf, uint32_t number, float fraction) {
     const uint32_t i = number % LeafSegments;
     Segment s;
-    const auto set_radii = [&](const auto& l) {
-        for (int e = 0; e < 2; e++)
-            s.radius[e] =
-                std::bit_cast<float>((l.radius[e][i] + l.least_radius) << FibreLattice::DroppedBits);
-    };
-    if (kind_of(leaf) == Kind::Fibre32) {
-        const Fibre32& l = page.at<Fibre32>(leaf);
-        for (int e = 0; e < 2; e++)
-            s.end[e] = unpack(l.frame, l.end[e][i]);
-        set_radii(l);
-    } else if (kind_of(leaf) == Kind::Fibre48) {
-        const Fibre48& l = page.at<Fibre48>(leaf);
-        for (int e = 0; e < 2; e++)
-            for (int a = 0; a < 3; a++)
-                s.end[e][a] = (float(l.coordinate[a][e][i]) + float(l.frame[a] >> 8)) * unit_of(l.frame);
-        set_radii(l);
-    } else {
-        const FibreFloat& l = page.at<FibreFloat>(leaf);
-        for (int e = 0; e < 2; e++)
-            for (int a = 0; a < 3; a++)
-                s.end[e][a] = l.coordinate[a][e][i];
-        set_radii(l);
+    for (uint32_t e = 0; e < 2; e++) {
+        s.end[e] = vertex_of(page, leaf, e * LeafSegments + i, fraction);
+        s.radius[e] = radius_of(page, leaf, e, i, fraction);
     }
     return s;
 }
 
-Vec3f normal_of(const Page& page, const Ray& ray, const Hit& hit) {
+Vec3f normal_of(const Page& page, const Ray& ray, const Hit& hit, float fraction) {
     if (!is_of_fibres(kind_of(hit.leaf)))
-        return corners_of(page, hit.leaf, hit.primitive).normal();
-    const Segment s = segment_of(page, hit.leaf, hit.primitive / 2);
+        return corners_of(page, hit.leaf, hit.primitive, fraction).normal();
+    const Segment s = segment_of(page, hit.leaf, hit.primitive / 2, fraction);
     Vec3f normal; // from the middle of the ball that was hit
     for (int a = 0; a < 3; a++)
         normal[a] = float(double(ray.o[a]) + double(hit.t) * double(ray.d[a]) - double(s.end[0][a]) -

@@ -48,7 +48,7 @@ FibreLattice FibreVotes::lattice() const {
 }
 
 FibreLeaves::FibreLeaves(std::span<const FibreView> fibres, const FibreLattice& lattice)
-    : m_fibres(fibres), m_lattice(lattice) {
+    : m_fibres(fibres), m_lattice(lattice), m_ends(!fibres.empty() && fibres[0].later ? 2 : 1) {
     uint64_t segments = 0;
     for (const FibreView& f : fibres) {
         m_first.push_back(segments);
@@ -61,12 +61,17 @@ FibreLeaves::FibreLeaves(std::span<const FibreView> fibres, const FibreLattice& 
     tasks::parallel_chunks(segments, SegmentsATask, [&](size_t begin, size_t end) {
         for (size_t s = begin; s < end; s++) {
             const size_t f = fibre_of(uint32_t(s));
-            Segment there;
-            if (!find(m_fibres[f], s - m_first[f], there))
+            Segment there[2];
+            if (!find(m_fibres[f], s - m_first[f], 0, there[0]) ||
+                (m_ends == 2 && !find(m_fibres[f], s - m_first[f], 1, there[1])))
                 continue;
             is_there[s] = 1;
-            there = on_lattice(there);
-            items[s] = Item(box_of(there.end, there.radius), uint32_t(s));
+            Bounds3f box[2];
+            for (int end = 0; end < m_ends; end++) {
+                const Segment on = on_lattice(there[end]);
+                box[end] = box_of(on.end, on.radius);
+            }
+            items[s] = Item(m_ends == 1 ? box[0] : halfway(box[0], box[1]), uint32_t(s));
         }
     });
     size_t kept = 0;
@@ -86,12 +91,12 @@ size_t FibreLeaves::fibre_of(uint32_t segment) const {
     return size_t(std::upper_bound(m_first.begin(), m_first.end(), uint64_t(segment)) - m_first.begin()) - 1;
 }
 
-bool FibreLeaves::find(const FibreView& fibre, size_t segment, Segment& to) {
+bool FibreLeaves::find(const FibreView& fibre, size_t segment, int end, Segment& to) {
     const size_t first = fibre.first[segment];
     if (first + 1 >= fibre.count)
         return false;
     for (size_t e = 0; e < 2; e++) {
-        const float* p = fibre.vertices + 4 * (first + e);
+        const float* p = (end == 0 ? fibre.vertices : fibre.later) + 4 * (first + e);
         to.end[e] = {p[0], p[1], p[2]}, to.radius[e] = p[3];
         if (!is_somewhere(to.end[e]) || !(abs(p[3]) < LargestCoordinate))
             return false;
@@ -112,16 +117,30 @@ uint32_t FibreLeaves::number(const LeafGroups::Leaf& leaf, uint32_t k) const {
     return m_leaves.items[std::min(leaf.begin + k, leaf.end - 1)];
 }
 
-FibreLeaves::Points FibreLeaves::points(const LeafGroups::Leaf& leaf) const {
+FibreLeaves::Segment FibreLeaves::found(uint32_t segment, int end) const {
+    const size_t f = fibre_of(segment);
+    Segment s;
+    find(m_fibres[f], segment - m_first[f], end, s);
+    return on_lattice(s);
+}
+
+Bounds3f FibreLeaves::box(const Group& group, int i, int end) const {
+    const LeafGroups::Leaf& leaf = m_leaves.leaf(group, i);
+    Bounds3f box;
+    for (uint32_t k = 0; k < leaf.end - leaf.begin; k++) {
+        const Segment s = found(number(leaf, k), end);
+        box.extend(box_of(s.end, s.radius));
+    }
+    return box;
+}
+
+FibreLeaves::Points FibreLeaves::points(const LeafGroups::Leaf& leaf, int end) const {
     Points p;
     p.count = leaf.end - leaf.begin;
     for (uint32_t k = 0; k < uint32_t(LeafSegments); k++) {
-        const uint32_t n = number(leaf, k);
-        const size_t f = fibre_of(n);
-        Segment s;
-        find(m_fibres[f], n - m_first[f], s);
+        const Segment s = found(number(leaf, k), end);
         for (uint32_t e = 0; e < 2; e++) {
-            p.at[e * LeafSegments + k] = m_lattice.places.snap(s.end[e]);
+            p.at[e * LeafSegments + k] = s.end[e];
             p.radius[e][k] = m_lattice.word(s.radius[e]);
         }
     }
@@ -133,13 +152,14 @@ FibreLeaves::Points FibreLeaves::points(const LeafGroups::Leaf& leaf) const {
 Kind FibreLeaves::kind_of_group(const Group& group) const {
     const Lattice& lattice = m_lattice.places;
     Kind kind = Kind::Fibre32;
-    for (int i = 0; i < group.count; i++) {
+    for (int k = 0; k < group.count * m_ends; k++) {
+        const int i = k / m_ends;
         const Vec3f box[2] = {group.box[i].lo, group.box[i].hi},
                     on_it[2] = {lattice.snap(box[0]), lattice.snap(box[1])};
-        if (lattice.exponent_at(on_it[0]) == lattice.exponent &&
+        if (m_ends == 1 && lattice.exponent_at(on_it[0]) == lattice.exponent &&
             lattice.exponent_at(on_it[1]) == lattice.exponent && Frame(lattice, on_it).fields() >= 0)
             continue;
-        const Frame frame(m_lattice.places, points(m_leaves.leaf(group, i)).at);
+        const Frame frame(m_lattice.places, points(m_leaves.leaf(group, i), k % m_ends).at);
         if (frame.fields() >= 0)
             continue;
         if (!frame.holds_48())
@@ -149,8 +169,8 @@ Kind FibreLeaves::kind_of_group(const Group& group) const {
     return kind;
 }
 
-void FibreLeaves::write(const Group& group, int i, uint8_t* to) const {
-    const Points p = points(m_leaves.leaf(group, i));
+void FibreLeaves::write(const Group& group, int i, uint8_t* to, int end) const {
+    const Points p = points(m_leaves.leaf(group, i), end);
     const auto write_radii = [&](auto& leaf) {
         std::copy_n(p.radius[0], 2 * LeafSegments, leaf.radius[0]);
         leaf.least_radius = m_lattice.least_radius;
@@ -191,7 +211,7 @@ void FibreLeaves::names(const Group& group, int i, uint32_t (&to)[LeafSegments])
 // Leaves are not known yet: of segments side by side they are about as long as those and half as wide.
 void FibreLeaves::vote(const FibreView& fibre, size_t segment, FibreVotes& votes) {
     Segment s;
-    if (!find(fibre, segment, s))
+    if (!find(fibre, segment, 0, s))
         return;
     Bounds3f box;
     for (const Vec3f& p : s.end)

@@ -28,7 +28,9 @@ class FibreLeaves {
     FibreLeaves(std::span<const FibreView> fibres, const FibreLattice& lattice);
 
     const LargeVector<Group>& groups() const { return m_leaves.groups; } // `source` numbers their leaves
-    void write(const Group& group, int i, uint8_t* to) const;
+    // At an end of the interval, 0 or 1.
+    void write(const Group& group, int i, uint8_t* to, int end = 0) const;
+    Bounds3f box(const Group& group, int i, int end) const;
     // Segments of a leaf, counted through all fibres; the last is repeated.
     void names(const Group& group, int i, uint32_t (&to)[LeafSegments]) const;
 
@@ -44,15 +46,17 @@ class FibreLeaves {
         uint16_t radius[2][LeafSegments];
         uint32_t count;
     };
-    static bool find(const FibreView& fibre, size_t segment, Segment& to); // false = it is nowhere
+    static bool find(const FibreView& fibre, size_t segment, int end, Segment& to); // false = it is nowhere
+    Segment found(uint32_t segment, int end) const;                                 // on the lattice
     Segment on_lattice(const Segment& s) const;
     size_t fibre_of(uint32_t segment) const;
     uint32_t number(const LeafGroups::Leaf& leaf, uint32_t k) const;
-    Points points(const LeafGroups::Leaf& leaf) const;
+    Points points(const LeafGroups::Leaf& leaf, int end) const;
     Kind kind_of_group(const Group& group) const;
 
     std::span<const FibreView> m_fibres;
     FibreLattice m_lattice;
+    int m_ends;                    // 2: they change
     std::vector<uint64_t> m_first; // segment of each fibre
     LeafGroups m_leaves;
 };

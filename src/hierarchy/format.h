@@ -8,7 +8,7 @@
 namespace kanuka::hierarchy {
 
 inline constexpr uint32_t Magic = 0x4752484b; // "KHRG"
-inline constexpr uint32_t Version = 3;
+inline constexpr uint32_t Version = 4;
 // References count bytes in units of 16; groups of children begin at multiples of four units.
 inline constexpr size_t UnitBytes = 16, GroupUnits = 4;
 // Vector loads at the last leaf reach beyond it by less than this.
@@ -28,7 +28,8 @@ enum class Kind : uint32_t {
     Count,            // of kinds that pages of files have
     Instance = Count, // a place of another page (instances.h): levels of them are made in memory
     Moving,           // likewise, where some of a node's eight move
-    Met               // of stacks alone: such a place whose box the ray has met
+    Met,              // of stacks alone: such a place whose box the ray has met
+    Changing          // ChangingNode, of pages of shapes that change
 };
 
 constexpr bool is_of_triangles(Kind kind) {
@@ -68,6 +69,13 @@ struct alignas(64) Node {
 };
 static_assert(sizeof(Node) == 64);
 
+// Shapes that change, in an interval of time along which their vertices go straight: as they are when it
+// begins, and when it ends. Both have the same children, whose leaves are two likewise, of one kind.
+struct ChangingNode {
+    Node begin, end;
+};
+static_assert(sizeof(ChangingNode) == 128);
+
 struct Children {
     Kind kind;
     int count;       // 1 to 8
@@ -81,7 +89,9 @@ struct Children {
         return {Kind(word >> KindShift), int(word >> CountShift & 7) + 1,
                 (word & GroupMask) * uint32_t(GroupUnits)};
     }
-    Ref ref(uint32_t place) const; // of a child
+    // Of a child. `ends`: 2 where leaves are as an interval begins and as it ends.
+    Ref ref(uint32_t place, uint32_t ends = 1) const;
+    uint32_t stride(uint32_t ends = 1) const; // units from a child to the next
     uint32_t word() const {
         return uint32_t(kind) << KindShift | uint32_t(count - 1) << CountShift |
                offset / uint32_t(GroupUnits);
@@ -170,9 +180,12 @@ struct FibreFloat {
 static_assert(sizeof(FibreFloat) == 240);
 
 // Units from a child to the next, by kind.
-inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 4, 8};
-inline Ref Children::ref(uint32_t place) const {
-    return uint32_t(kind) << KindShift | (offset + place * UnitsOf[uint32_t(kind)]);
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 4, 8, 0, 8};
+inline uint32_t Children::stride(uint32_t ends) const {
+    return UnitsOf[uint32_t(kind)] * (kind == Kind::Changing ? 1 : ends);
+}
+inline Ref Children::ref(uint32_t place, uint32_t ends) const {
+    return uint32_t(kind) << KindShift | (offset + place * stride(ends));
 }
 static_assert(UnitsOf[int(Kind::Nodes)] * UnitBytes == sizeof(Node));
 static_assert(UnitsOf[int(Kind::Grid32)] * UnitBytes == sizeof(Grid32));
@@ -184,6 +197,7 @@ static_assert(UnitsOf[int(Kind::Triangle48)] * UnitBytes == sizeof(Triangle48));
 static_assert(UnitsOf[int(Kind::Fibre32)] * UnitBytes == sizeof(Fibre32));
 static_assert(UnitsOf[int(Kind::Fibre48)] * UnitBytes == sizeof(Fibre48));
 static_assert(UnitsOf[int(Kind::FibreFloat)] * UnitBytes == sizeof(FibreFloat));
+static_assert(UnitsOf[int(Kind::Changing)] * UnitBytes == sizeof(ChangingNode));
 // Names of a leaf: one of grids, one a face or segment of others.
 constexpr uint32_t names_of_leaf(Kind kind) {
     return is_of_grids(kind) ? 1 : 8;
@@ -199,7 +213,8 @@ struct Tile {
 static_assert(sizeof(Tile) == 8);
 
 // Where the leaves of a kind lie, and their names: that of a leaf at byte b is name (b - leaves) / size of a
-// leaf, rounded down. Leaves of triangles and of fibres have eight names each: numbers of faces, of segments.
+// leaf (two, of shapes that change), rounded down. Leaves of triangles and of fibres have eight names each:
+// numbers of faces, of segments.
 struct Section {
     uint64_t leaves = 0, leaf_bytes = 0, names = 0, name_count = 0;
 };
@@ -209,7 +224,7 @@ struct Header {
     uint64_t checksum; // XXH3-64 of all bytes behind it
     uint64_t bytes;    // of the page
     float step;        // of its lattice: see lattice.h
-    uint32_t root;     // Ref of a node; NoRef = nothing is in the page
+    uint32_t root;     // Ref of a node; NoRef = nothing is in the page. Changing: so are all others
     float lower[3], upper[3];
     uint32_t tile_log, tile_count;
     uint64_t nodes, node_bytes;

@@ -82,7 +82,7 @@ void GridLeaves::cut_into_tiles() {
                     m_tiles.push_back({uint32_t(g), uint16_t(u), uint16_t(v)});
 }
 
-GridLeaves::Points GridLeaves::points(uint32_t tile, int u, int v) const {
+GridLeaves::Points GridLeaves::points(uint32_t tile, int u, int v, int end) const {
     const Tile& t = m_tiles[tile];
     const GridView& g = m_grids[t.grid];
     const int column = ((int(t.u) << m_tile_log) + u) * 4, row = ((int(t.v) << m_tile_log) + v) * 4;
@@ -92,12 +92,22 @@ GridLeaves::Points GridLeaves::points(uint32_t tile, int u, int v) const {
         for (int x = 0; x < LeafRow; x++) {
             const size_t at = size_t(row + std::min(y, p.rows)) * size_t(g.columns + 1) +
                               size_t(column + std::min(x, p.columns));
-            const float* from = g.positions + 3 * at;
+            const float* from = (end == 0 ? g.positions : g.later) + 3 * at;
             const Vec3f q(from[0], from[1], from[2]);
             p.at[y * LeafRow + x] =
                 is_somewhere(q) ? m_lattice.snap(q) : Vec3f(std::numeric_limits<float>::quiet_NaN());
         }
     return p;
+}
+
+Bounds3f GridLeaves::middle_box(uint32_t tile, int u, int v) const {
+    const Bounds3f begin = bounds_of(points(tile, u, v, 0).at, LeafVertices);
+    return ends(tile) == 1 ? begin : halfway(begin, bounds_of(points(tile, u, v, 1).at, LeafVertices));
+}
+
+Bounds3f GridLeaves::box(const Group& group, int i, int end) const {
+    const Part& part = m_parts[group.source];
+    return bounds_of(points(part.tile, part.u[i], part.v[i], end).at, LeafVertices);
 }
 
 GridLeaves::Made GridLeaves::groups_of(uint32_t tile) const {
@@ -108,18 +118,19 @@ GridLeaves::Made GridLeaves::groups_of(uint32_t tile) const {
               height = std::min(blocks(g.rows) - int(t.v) * side, side);
     // Boxes of all blocks: a square of 4x4 of them becomes two groups, side by side or one above the other,
     // whichever has less area.
-    std::vector<Bounds3f> box(size_t(width) * size_t(height));
+    Made made;
+    made.width = width;
+    made.box.resize(size_t(width) * size_t(height));
     for (int v = 0; v < height; v++)
         for (int u = 0; u < width; u++)
-            box[size_t(v * width + u)] = bounds_of(points(tile, u, v).at, LeafVertices);
+            made.box[size_t(v * width + u)] = middle_box(tile, u, v);
     const auto area = [&](int u, int v, int w, int h) {
         Bounds3f b;
         for (int y = v; y < v + h; y++)
             for (int x = u; x < u + w; x++)
-                b.extend(box[size_t(y * width + x)]);
+                b.extend(made.box[size_t(y * width + x)]);
         return half_area(b);
     };
-    Made made;
     for (int v = 0; v < height; v += 4)
         for (int u = 0; u < width; u += 4) {
             const int w = std::min(width - u, 4), h = std::min(height - v, 4);
@@ -135,6 +146,7 @@ GridLeaves::Made GridLeaves::groups_of(uint32_t tile) const {
                     add_part(made, tile, u, v + 2, w, h - 2);
             }
         }
+    made.box = {};
     return made;
 }
 
@@ -143,15 +155,16 @@ void GridLeaves::add_part(Made& made, uint32_t tile, int u, int v, int width, in
     Group group{Kind::Grid32, 0};
     for (int y = v; y < v + height; y++)
         for (int x = u; x < u + width; x++) {
-            const Points p = points(tile, x, y);
-            const Bounds3f box = bounds_of(p.at, LeafVertices);
+            const Bounds3f& box = made.box[size_t(y * made.width + x)];
             if (box.empty())
-                continue; // nothing of it is anywhere
-            const Frame frame(m_lattice, p.at);
-            const Kind kind = frame.fields() >= 0 ? Kind::Grid32
-                              : frame.holds_48()  ? Kind::Grid48
-                                                  : Kind::GridFloat;
-            group.kind = std::max(group.kind, kind); // all of a group are as the largest
+                continue;
+            for (int end = 0; end < ends(tile); end++) {
+                const Frame frame(m_lattice, points(tile, x, y, end).at);
+                const Kind kind = frame.fields() >= 0 ? Kind::Grid32
+                                  : frame.holds_48()  ? Kind::Grid48
+                                                      : Kind::GridFloat;
+                group.kind = std::max(group.kind, kind); // all of a group are as the largest
+            }
             part.u[group.count] = uint8_t(x), part.v[group.count] = uint8_t(y);
             group.box[group.count++] = box;
         }
@@ -161,9 +174,9 @@ void GridLeaves::add_part(Made& made, uint32_t tile, int u, int v, int width, in
     made.groups.push_back(group);
 }
 
-void GridLeaves::write(const Group& group, int i, uint8_t* to) const {
+void GridLeaves::write(const Group& group, int i, uint8_t* to, int end) const {
     const Part& part = m_parts[group.source];
-    const Points p = points(part.tile, part.u[i], part.v[i]);
+    const Points p = points(part.tile, part.u[i], part.v[i], end);
     const uint32_t shape = leaf_shape(p.columns, p.rows);
     if (group.kind == Kind::GridFloat) {
         GridFloat& leaf = *reinterpret_cast<GridFloat*>(to);

@@ -16,8 +16,9 @@ class GridLeaves {
     const LargeVector<Group>& groups() const { return m_groups; } // `source` numbers them
     const std::vector<Tile>& tiles() const { return m_tiles; }
     int tile_log() const { return m_tile_log; }
-    // Of a leaf of a group.
-    void write(const Group& group, int i, uint8_t* to) const;
+    // Of a leaf of a group; at an end of the interval, 0 or 1.
+    void write(const Group& group, int i, uint8_t* to, int end = 0) const;
+    Bounds3f box(const Group& group, int i, int end) const;
     uint32_t name(const Group& group, int i) const;
 
     static void vote(const GridView& grid, StepVotes& votes);
@@ -35,9 +36,14 @@ class GridLeaves {
     struct Made { // of a tile
         std::vector<Part> parts;
         std::vector<Group> groups;
+        std::vector<Bounds3f> box; // of its blocks, row by row, while it is made
+        int width = 0;
     };
     void cut_into_tiles();
-    Points points(uint32_t tile, int u, int v) const;
+    Points points(uint32_t tile, int u, int v, int end) const;
+    // Where something of it is, in the middle of the interval; empty = nothing of it can be hit.
+    Bounds3f middle_box(uint32_t tile, int u, int v) const;
+    int ends(uint32_t tile) const { return m_grids[m_tiles[tile].grid].later ? 2 : 1; }
     Made groups_of(uint32_t tile) const;
     void add_part(Made& made, uint32_t tile, int u, int v, int width, int height) const;
 

@@ -21,7 +21,8 @@ struct InstanceLeaf {
     float origin[3]; // of the page, in the world: taken off first, so that places far away keep their digits
     uint32_t page;   // number of what stands there
     uint32_t number; // of the instance in its level
-    uint16_t stays;  // 1: the page lies in the level as it is, and rays are not made anew
+    uint16_t stays;  // 1: the page lies in the level as it is, and rays are not made anew. What changes there
+                     // has a page for each interval of time, this one and those that follow
     uint16_t times;  // that its boxes are of, where it moves; 0: it stands still
     LevelRange seen; // by which rays
 
@@ -81,14 +82,29 @@ inline float shutter_time(float time) {
     return !(time > 0) ? 0 : time < 1 ? time : 1;
 }
 
-// A place that may move: a ray has the box of its own time tested, and then the way made for that.
+// Which of so many intervals of time, evenly long, a time lies in, and what fraction of it is over: by the
+// operations of whoever shades hits (transport/hit_place.h).
+struct Interval {
+    uint32_t number;
+    float fraction;
+
+    Interval(float time, uint32_t count) {
+        const float x = shutter_time(time) * float(count);
+        number = std::min(uint32_t(x), count - 1);
+        fraction = x - float(number);
+    }
+};
+
+// A place that may move, or where shapes change: a ray has the box of its own time tested, and then the way
+// made for that.
 struct MovingLeaf {
-    InstanceLeaf place; // where it moves: numbers alone
-    const MotionPath* path;
+    InstanceLeaf place;     // where it moves: numbers alone
+    const MotionPath* path; // null: what lies there changes
     const Bounds3f* boxes;  // at place.times even times; moving things lie within what is interpolated.
     Bounds3f first, second; // Where these two are all they lie here, and not beyond another miss of caches.
 
     bool stands_still() const { return place.times == 0; }
+    bool changes() const { return !path; } // if it does not stand still
     bool is_met_by(const TracedRay& ray, float time) const {
         const Bounds3f *from = &first, *to = &second;
         float f = time;

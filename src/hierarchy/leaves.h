@@ -1,6 +1,9 @@
 // Leaves of any kind against rays.
 #pragma once
 
+#include <type_traits>
+
+#include "hierarchy/changing_lanes.h"
 #include "hierarchy/fibre_lanes.h"
 #include "hierarchy/leaf_lanes.h"
 #include "hierarchy/page.h"
@@ -8,41 +11,62 @@
 
 namespace kanuka::hierarchy {
 
-// Calls `body` with the content of a leaf, read as it is needed or, `Kept`, once; a place of another page has
-// none.
+inline Reader32 reader_of(const Grid32& leaf) {
+    return Reader32(leaf);
+}
+inline Reader48 reader_of(const Grid48& leaf) {
+    return Reader48(leaf);
+}
+inline ReaderFloat reader_of(const GridFloat& leaf) {
+    return ReaderFloat(leaf);
+}
+inline TriangleReader32 reader_of(const Triangle32& leaf) {
+    return TriangleReader32(leaf);
+}
+inline TriangleReader48 reader_of(const Triangle48& leaf) {
+    return TriangleReader48(leaf);
+}
+inline TriangleReaderFloat reader_of(const TriangleFloat& leaf) {
+    return TriangleReaderFloat(leaf);
+}
+inline FibreReader32 reader_of(const Fibre32& leaf) {
+    return FibreReader32(leaf);
+}
+inline FibreReader48 reader_of(const Fibre48& leaf) {
+    return FibreReader48(leaf);
+}
+inline FibreReaderFloat reader_of(const FibreFloat& leaf) {
+    return FibreReaderFloat(leaf);
+}
+
+// Calls `body` with the content of a leaf, read as it is needed or, `Kept`, once.
 template <int W, bool Kept, class Body>
 [[gnu::always_inline]] inline void read_leaf(const Page& page, Ref leaf, Body&& body) {
-    const auto grid = [&]<class Reader>(const Reader& reader) {
-        body(std::conditional_t<Kept, KeptGridVertices<W, Reader>, GridVertices<W, Reader>>(reader));
-    };
-    const auto triangles = [&]<class Reader>(const Reader& reader) {
-        body(std::conditional_t<Kept, KeptTriangles<Reader>, Reader>(reader));
-    };
-    const auto fibres = [&]<class Reader>(const Reader& reader) {
-        body(std::conditional_t<Kept, KeptFibres<Reader>, Reader>(reader));
-    };
-    switch (kind_of(leaf)) {
-    case Kind::Grid32:
-        return grid(Reader32(page.at<Grid32>(leaf)));
-    case Kind::Grid48:
-        return grid(Reader48(page.at<Grid48>(leaf)));
-    case Kind::GridFloat:
-        return grid(ReaderFloat(page.at<GridFloat>(leaf)));
-    case Kind::Triangle32:
-        return triangles(TriangleReader32(page.at<Triangle32>(leaf)));
-    case Kind::Triangle48:
-        return triangles(TriangleReader48(page.at<Triangle48>(leaf)));
-    case Kind::TriangleFloat:
-        return triangles(TriangleReaderFloat(page.at<TriangleFloat>(leaf)));
-    case Kind::Fibre32:
-        return fibres(FibreReader32(page.at<Fibre32>(leaf)));
-    case Kind::Fibre48:
-        return fibres(FibreReader48(page.at<Fibre48>(leaf)));
-    case Kind::FibreFloat:
-        return fibres(FibreReaderFloat(page.at<FibreFloat>(leaf)));
-    default:
-        return;
-    }
+    with_leaf(page, leaf, [&](const auto& bytes) __attribute__((always_inline)) {
+        using Reader = decltype(reader_of(bytes));
+        const Reader reader(bytes);
+        if constexpr (requires { reader.segments(); })
+            body(std::conditional_t<Kept, KeptFibres<Reader>, Reader>(reader));
+        else if constexpr (requires { reader.count(); })
+            body(std::conditional_t<Kept, KeptTriangles<Reader>, Reader>(reader));
+        else
+            body(std::conditional_t<Kept, KeptGridVertices<W, Reader>, GridVertices<W, Reader>>(reader));
+    });
+}
+// Likewise of shapes that change, as they are at `fraction` of the interval.
+template <int W, class Body>
+[[gnu::always_inline]] inline void read_changing_leaf(const Page& page, Ref leaf, float fraction,
+                                                      Body&& body) {
+    with_leaf(page, leaf, [&](const auto& begin) __attribute__((always_inline)) {
+        using Reader = decltype(reader_of(begin));
+        const Reader first(begin), last((&begin)[1]);
+        if constexpr (requires { first.segments(); })
+            body(ChangingFibres<Reader>(first, last, fraction));
+        else if constexpr (requires { first.count(); })
+            body(ChangingTriangles<Reader>(first, last, fraction));
+        else
+            body(ChangingGridVertices<W, Reader>(first, last, fraction));
+    });
 }
 
 // Offers to `found` whatever of the content the ray hits: found(primitive, t, u, v), which answers whether

@@ -11,14 +11,14 @@ namespace {
 
 constexpr size_t FacesATask = 4096;
 
-bool corners_of_triangle(const MeshView& m, size_t triangle, Vec3f (&to)[3]) {
+bool corners_of_triangle(const MeshView& m, size_t triangle, int end, Vec3f (&to)[3]) {
     static constexpr size_t Quad[2][3] = {{0, 1, 3}, {2, 3, 1}};
     for (size_t c = 0; c < 3; c++) {
         const uint32_t vertex =
             m.sides == 3 ? m.corners[3 * triangle + c] : m.corners[triangle / 2 * 4 + Quad[triangle % 2][c]];
         if (vertex >= m.vertices)
             return false;
-        const float* p = m.positions + 3 * size_t(vertex);
+        const float* p = (end == 0 ? m.positions : m.later) + 3 * size_t(vertex);
         to[c] = {p[0], p[1], p[2]};
         if (!is_somewhere(to[c]))
             return false;
@@ -30,7 +30,8 @@ bool corners_of_triangle(const MeshView& m, size_t triangle, Vec3f (&to)[3]) {
 
 MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattice& lattice,
                        const Lattice& of_grids)
-    : m_meshes(meshes), m_lattice(lattice), m_of_grids(of_grids), m_each(uint32_t(sides) - 2) {
+    : m_meshes(meshes), m_lattice(lattice), m_of_grids(of_grids), m_each(uint32_t(sides) - 2),
+      m_ends(!meshes.empty() && meshes[0].later ? 2 : 1) {
     uint64_t triangles = 0, faces = 0;
     std::vector<uint64_t> first_face; // among those of so many sides
     bool grids = false, others = false;
@@ -44,7 +45,7 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattic
     if (triangles >= uint64_t(1) << 31)
         throw Error("a page of the ray tracer has 2^31 triangles or more");
     LargeVector<Item> items(faces);
-    LargeVector<uint8_t> is_there(faces);
+    LargeVector<uint8_t> present(faces);
     tasks::parallel_chunks(faces, FacesATask, [&](size_t begin, size_t end) {
         // Of several meshes that begin at one face the last has it.
         size_t mesh =
@@ -53,21 +54,22 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattic
             while (mesh + 1 < first_face.size() && first_face[mesh + 1] <= f)
                 mesh++;
             const uint32_t triangle = uint32_t(m_first[mesh] + (f - first_face[mesh]) * m_each);
-            Bounds3f box;
+            Bounds3f box[2];
             for (uint32_t k = 0; k < m_each; k++) {
-                Corners c;
-                if (!find(triangle + k, c))
+                Corners c[2];
+                if (!find(triangle + k, 0, c[0]) || (m_ends == 2 && !find(triangle + k, 1, c[1])))
                     continue;
-                is_there[f] = 1;
-                for (const Vec3f& p : c.at)
-                    box.extend(p);
+                present[f] = 1;
+                for (int end = 0; end < m_ends; end++)
+                    for (const Vec3f& p : c[end].at)
+                        box[end].extend(p);
             }
-            items[f] = Item(box, triangle);
+            items[f] = Item(m_ends == 1 ? box[0] : halfway(box[0], box[1]), triangle);
         }
     });
     size_t kept = 0;
     for (size_t f = 0; f < faces; f++)
-        if (is_there[f])
+        if (present[f])
             items[kept++] = items[f];
     items.resize(kept);
 
@@ -83,11 +85,13 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattic
 // tell.
 Kind MeshLeaves::kind_of_group(const Group& group) const {
     Kind kind = Kind::Triangle32;
-    for (int i = 0; i < group.count; i++) {
+    for (int k = 0; k < group.count * m_ends; k++) {
+        const int i = k / m_ends;
         const Vec3f box[2] = {group.box[i].lo, group.box[i].hi};
-        const bool near = m_finest.exponent_at(box[0]) == m_finest.exponent &&
+        const bool near = m_ends == 1 && m_finest.exponent_at(box[0]) == m_finest.exponent &&
                           m_finest.exponent_at(box[1]) == m_finest.exponent;
-        const Frame frame = near ? Frame(m_finest, box) : Frame(m_finest, points(m_leaves.leaf(group, i)).at);
+        const Frame frame =
+            near ? Frame(m_finest, box) : Frame(m_finest, points(m_leaves.leaf(group, i), k % m_ends).at);
         if (frame.fields() >= 0)
             continue;
         if (!frame.holds_48())
@@ -101,9 +105,9 @@ size_t MeshLeaves::mesh_of(uint32_t triangle) const {
     return size_t(std::upper_bound(m_first.begin(), m_first.end(), uint64_t(triangle)) - m_first.begin()) - 1;
 }
 
-bool MeshLeaves::find(uint32_t triangle, Corners& to) const {
+bool MeshLeaves::find(uint32_t triangle, int end, Corners& to) const {
     const size_t mesh = m_first.size() == 1 ? 0 : mesh_of(triangle);
-    if (!corners_of_triangle(m_meshes[mesh], size_t(triangle - m_first[mesh]), to.at))
+    if (!corners_of_triangle(m_meshes[mesh], size_t(triangle - m_first[mesh]), end, to.at))
         return false;
     const Lattice& lattice = m_meshes[mesh].is_grid ? m_of_grids : m_lattice;
     for (Vec3f& p : to.at)
@@ -112,30 +116,38 @@ bool MeshLeaves::find(uint32_t triangle, Corners& to) const {
 }
 
 // Triangle k of a leaf, whose last is repeated. Of a quad one may be nowhere: then it is the other.
-uint32_t MeshLeaves::triangle(const LeafGroups::Leaf& leaf, uint32_t k, Corners& corners) const {
+uint32_t MeshLeaves::triangle(const LeafGroups::Leaf& leaf, uint32_t k) const {
     k = std::min(k, (leaf.end - leaf.begin) * m_each - 1);
     const uint32_t first = m_leaves.items[leaf.begin + k / m_each], number = first + k % m_each;
-    if (find(number, corners))
-        return number;
-    const uint32_t other = 2 * first + 1 - number;
-    find(other, corners);
-    return other;
+    return m_each == 1 || is_there(number) ? number : 2 * first + 1 - number;
 }
 
-MeshLeaves::Points MeshLeaves::points(const LeafGroups::Leaf& leaf) const {
+bool MeshLeaves::is_there(uint32_t triangle) const {
+    Corners corners;
+    return find(triangle, 0, corners) && (m_ends == 1 || find(triangle, 1, corners));
+}
+
+Bounds3f MeshLeaves::box(const Group& group, int i, int end) const {
+    Bounds3f box;
+    for (const Vec3f& p : points(m_leaves.leaf(group, i), end).at)
+        box.extend(p);
+    return box;
+}
+
+MeshLeaves::Points MeshLeaves::points(const LeafGroups::Leaf& leaf, int end) const {
     Points p;
     p.count = (leaf.end - leaf.begin) * m_each;
     for (uint32_t k = 0; k < uint32_t(LeafTriangles); k++) {
         Corners c;
-        triangle(leaf, k, c);
+        find(triangle(leaf, k), end, c);
         for (int corner = 0; corner < 3; corner++)
             p.at[corner * LeafTriangles + int(k)] = c.at[corner];
     }
     return p;
 }
 
-void MeshLeaves::write(const Group& group, int i, uint8_t* to) const {
-    const Points p = points(m_leaves.leaf(group, i));
+void MeshLeaves::write(const Group& group, int i, uint8_t* to, int end) const {
+    const Points p = points(m_leaves.leaf(group, i), end);
     if (group.kind == Kind::TriangleFloat) {
         TriangleFloat& leaf = *reinterpret_cast<TriangleFloat*>(to);
         for (int a = 0; a < 3; a++)
@@ -166,15 +178,14 @@ void MeshLeaves::write(const Group& group, int i, uint8_t* to) const {
 
 void MeshLeaves::names(const Group& group, int i, uint32_t (&to)[LeafTriangles]) const {
     const LeafGroups::Leaf& leaf = m_leaves.leaf(group, i);
-    Corners corners;
     for (uint32_t k = 0; k < uint32_t(LeafTriangles); k++)
-        to[k] = triangle(leaf, k, corners);
+        to[k] = triangle(leaf, k);
 }
 
 // Leaves are not known yet. They are about twice as wide as their triangles.
 void MeshLeaves::vote(const MeshView& mesh, size_t triangle, bool fine, StepVotes& votes) {
     Vec3f corner[3];
-    if (!corners_of_triangle(mesh, triangle, corner))
+    if (!corners_of_triangle(mesh, triangle, 0, corner))
         return;
     Bounds3f box;
     for (const Vec3f& p : corner)

@@ -41,11 +41,11 @@ struct Entered {
     return {sort_down(_mm256_and_si256(key, _mm256_castps_si256(entered))),
             __builtin_popcount(unsigned(_mm256_movemask_ps(entered)))};
 }
-// Where the children of a node are.
-inline __m256i refs_of(const Node& node, const Entered& entered) {
+// Where the children of a node are. `ends`: as of Children::ref().
+inline __m256i refs_of(const Node& node, const Entered& entered, uint32_t ends = 1) {
     const Children c = Children::of(node.children);
     const __m256i place = _mm256_and_si256(entered.keys, _mm256_set1_epi32(7));
-    return _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(UnitsOf[uint32_t(c.kind)]))),
+    return _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(c.stride(ends)))),
                             _mm256_set1_epi32(int(c.ref(0))));
 }
 
@@ -91,6 +91,42 @@ struct NodeFrame {
     const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
     const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
     return sort_entered(node, t, end);
+}
+
+// The same where shapes change, with planes as they are at the time of the ray, `fraction` of the interval:
+// ((1 - f) (o0 + q0) step0 + f (o1 + q1) step1 - o) / d = q0 scale0 + q1 scale1 + shift.
+[[gnu::always_inline]] inline Entered enter_children(const ChangingNode& node, const TracedRay& ray,
+                                                     float fraction) {
+    const NodeFrame first_frame(node.begin), last_frame(node.end);
+    const __m128 per_d = _mm_load_ps(ray.per_d);
+    const __m128 step0 = _mm_mul_ps(first_frame.step, _mm_set1_ps(1 - fraction)),
+                 step1 = _mm_mul_ps(last_frame.step, _mm_set1_ps(fraction));
+    const __m128 scale0_of = _mm_mul_ps(step0, per_d), scale1_of = _mm_mul_ps(step1, per_d);
+    const __m128 origin =
+        _mm_fmadd_ps(last_frame.origin, step1, _mm_fmsub_ps(first_frame.origin, step0, _mm_load_ps(ray.o)));
+    const __m128 shift = _mm_mul_ps(origin, per_d), sign = _mm_set1_ps(-0.0f);
+    const __m128 margin =
+        _mm_mul_ps(_mm_add_ps(_mm_andnot_ps(sign, scale0_of), _mm_andnot_ps(sign, scale1_of)),
+                   _mm_set1_ps(TracedRay::StepMargin));
+    alignas(16) float scale0[4], scale1[4], near_shift[4], far_shift[4];
+    _mm_store_ps(scale0, scale0_of), _mm_store_ps(scale1, scale1_of);
+    _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
+    _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
+    const auto cross = [&](int a, int plane, const float* from) {
+        const __m256 begins = _mm256_fmadd_ps(eight_planes(node.begin.plane[0][0] + plane),
+                                              _mm256_broadcast_ss(scale0 + a), _mm256_broadcast_ss(from + a));
+        return _mm256_fmadd_ps(eight_planes(node.end.plane[0][0] + plane), _mm256_broadcast_ss(scale1 + a),
+                               begins);
+    };
+    const auto enter = [&](int a) { return cross(a, ray.near_plane[a], near_shift); };
+    const auto leave = [&](int a) { return cross(a, ray.far_plane[a], far_shift); };
+    const __m256 first = _mm256_max_ps(_mm256_max_ps(enter(0), enter(1)),
+                                       _mm256_max_ps(enter(2), _mm256_broadcast_ss(&ray.t_min)));
+    const __m256 last = _mm256_min_ps(_mm256_min_ps(leave(0), leave(1)),
+                                      _mm256_min_ps(leave(2), _mm256_broadcast_ss(&ray.t_max)));
+    const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
+    const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
+    return sort_entered(node.begin, t, end);
 }
 
 } // namespace kanuka::hierarchy

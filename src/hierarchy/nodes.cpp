@@ -32,12 +32,14 @@ Axis fit_axis(float lo, float hi) {
 
 class Collapse {
   public:
-    Collapse(const SplitTree& tree, size_t groups, size_t nodes_at)
-        : m_tree(tree), m_first_unit(uint32_t(nodes_at / UnitBytes)) {
+    Collapse(const SplitTree& tree, size_t groups, size_t nodes_at, const BoxesAtEnds* at_ends)
+        : m_tree(tree), m_first_unit(uint32_t(nodes_at / UnitBytes)), m_ends(at_ends ? 2 : 1) {
         m_out.leaf_at.resize(groups);
+        if (at_ends)
+            measure(*at_ends);
     }
     NodeTree run() {
-        m_out.nodes.resize(1);
+        m_out.nodes.resize(m_ends);
         write(0, 0, 0);
         return std::move(m_out);
     }
@@ -45,6 +47,24 @@ class Collapse {
   private:
     using Branch = SplitTree::Branch;
     const Branch& branch(int32_t i) const { return m_tree.branches[size_t(i)]; }
+    const Bounds3f& box(int32_t of, uint32_t end) const {
+        return m_ends == 1 ? branch(of).box : m_box[end][size_t(of)];
+    }
+    void measure(const BoxesAtEnds& at_ends) {
+        for (size_t end = 0; end < 2; end++) {
+            m_box[end].resize(m_tree.branches.size());
+            for (size_t b = m_tree.branches.size(); b-- > 0;) { // children come after their parent
+                const Branch& of = m_tree.branches[b];
+                Bounds3f& all = m_box[end][b];
+                if (of.left < 0) {
+                    all = at_ends[end][m_tree.items[of.begin].index];
+                    continue;
+                }
+                all = m_box[end][size_t(of.left)];
+                all.extend(m_box[end][size_t(of.right)]);
+            }
+        }
+    }
 
     void write(int32_t of, uint32_t at, int depth) {
         if (branch(of).left < 0) {
@@ -70,18 +90,22 @@ class Collapse {
             const Branch& b = branch(child[best]);
             child[best] = b.left, child[g.count++] = b.right;
         }
-        for (int i = 0; i < g.count; i++)
-            g.box[i] = branch(child[i]).box;
         const uint32_t first = uint32_t(m_out.nodes.size());
-        m_out.nodes.resize(first + g.count);
+        m_out.nodes.resize(first + g.count * m_ends);
         const uint32_t unit = m_first_unit + first * UnitsOf[int(Kind::Nodes)];
-        write_node(m_out.nodes[at], g, Children{Kind::Nodes, g.count, unit}.word());
-        for (int i = 0; i < g.count; i++)
-            write(child[i], first + uint32_t(i), depth + 1);
+        for (uint32_t end = 0; end < m_ends; end++) {
+            for (int i = 0; i < g.count; i++)
+                g.box[i] = box(child[i], end);
+            write_node(m_out.nodes[at + end], g,
+                       Children{m_ends == 1 ? Kind::Nodes : Kind::Changing, g.count, unit}.word());
+        }
+        for (uint32_t i = 0; i < g.count; i++)
+            write(child[i], first + i * m_ends, depth + 1);
     }
 
     const SplitTree& m_tree;
-    uint32_t m_first_unit;
+    uint32_t m_first_unit, m_ends;
+    BoxesAtEnds m_box; // of branches
     NodeTree m_out;
 };
 
@@ -105,13 +129,25 @@ void write_node(Node& node, const Group& group, uint32_t children) {
     node.children = children;
 }
 
-NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at) {
+NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at, const BoxesAtEnds* at_ends) {
     LargeVector<Item> items(groups.size());
     for (size_t i = 0; i < groups.size(); i++)
         items[i] = Item(groups[i].bounds(), uint32_t(i));
     if (items.empty())
         return {};
-    return Collapse(split_all(std::move(items), 1), groups.size(), nodes_at).run();
+    return Collapse(split_all(std::move(items), 1), groups.size(), nodes_at, at_ends).run();
+}
+
+Bounds3f bounds_at(const ChangingNode& root, int end) {
+    const Node& node = end == 0 ? root.begin : root.end;
+    Bounds3f all;
+    for (int i = 0; i < Children::of(node.children).count; i++)
+        for (int a = 0; a < 3; a++) {
+            const double step = std::ldexp(1.0, (node.frame[a] & 255) - 127), origin = node.frame[a] >> 8;
+            all.lo[a] = std::min(all.lo[a], float((origin + node.plane[a][0][i]) * step));
+            all.hi[a] = std::max(all.hi[a], float((origin + node.plane[a][1][i]) * step));
+        }
+    return all;
 }
 
 } // namespace kanuka::hierarchy

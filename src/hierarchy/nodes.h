@@ -1,6 +1,7 @@
 // Nodes: boxes in eight bits a plane, and the tree of nodes over groups of leaves.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace kanuka::hierarchy {
 struct Group {
     Kind kind;
     uint8_t count = 0;
-    Bounds3f box[8];
+    Bounds3f box[8];     // of shapes that change halfway
     uint32_t source = 0; // whatever the maker of the leaves knows it by
 
     Bounds3f bounds() const {
@@ -25,15 +26,28 @@ struct Group {
     }
 };
 
+// Of what lies in the one box as an interval begins and in the other as it ends; empty where either is.
+inline Bounds3f halfway(const Bounds3f& begin, const Bounds3f& end) {
+    if (begin.empty() || end.empty())
+        return {};
+    return {begin.lo * 0.5f + end.lo * 0.5f, begin.hi * 0.5f + end.hi * 0.5f};
+}
+
 // Writes boxes, rounded outwards, and where the children are; unused places hold nothing.
 void write_node(Node& node, const Group& group, uint32_t children);
+
+// Boxes as an interval of time begins and as it ends, of what changes.
+using BoxesAtEnds = std::array<LargeVector<Bounds3f>, 2>;
 
 // The nodes over all groups. `leaf_at[i]` is where the node of group i itself stands, which the caller
 // writes.
 struct NodeTree {
-    LargeVector<Node> nodes; // the first is the root; children count from `first_unit`
+    LargeVector<Node> nodes; // the first is the root. Of what changes each is two, a ChangingNode
     LargeVector<uint32_t> leaf_at;
 };
-NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at);
+// `at_ends`: boxes of the groups of what changes; null = nothing does.
+NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at, const BoxesAtEnds* at_ends = nullptr);
+// What is in a page of such nodes as the interval begins, and as it ends: end 0 or 1.
+Bounds3f bounds_at(const ChangingNode& root, int end);
 
 } // namespace kanuka::hierarchy

@@ -192,8 +192,8 @@ class PacketQueue {
             const Hit candidate{t, u, v, leaf, primitive};
             if (t == hit.t && hit.found() && std::tie(hit.leaf, hit.primitive) < std::tie(leaf, primitive))
                 return false;
-            if (Filter::Filters &&
-                !m_filter.accepts(Candidate{number, m_page, m_rays[number], candidate, InstancePath::none()}))
+            if (Filter::Filters && !m_filter.accepts(Candidate{number, m_page, m_rays[number], candidate,
+                                                               InstancePath::none(), 0}))
                 return false;
             hit = candidate, ray.t_max = t;
             closer = true;

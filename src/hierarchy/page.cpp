@@ -17,7 +17,8 @@ class Walk {
     std::string run() {
         if (m_header.root == NoRef)
             return {};
-        if (kind_of(m_header.root) != Kind::Nodes || !is_within(m_header.root))
+        const Kind inner = kind_of(m_header.root); // what all nodes are
+        if ((inner != Kind::Nodes && inner != Kind::Changing) || !is_within(m_header.root))
             return "its root lies outside";
         std::vector<Entry> todo{{m_header.root, 0}};
         while (!todo.empty()) {
@@ -26,17 +27,17 @@ class Walk {
             if (depth > DeepestNode)
                 return "its nodes lie too deep";
             const Children c = Children::of(m_page.at<Node>(ref).children);
-            if (uint32_t(c.kind) >= uint32_t(Kind::Count))
+            const bool is_inner = c.kind == inner;
+            if (!is_inner && (c.kind == Kind::Nodes || uint32_t(c.kind) >= uint32_t(Kind::Count)))
                 return "it has leaves of an unknown kind";
-            for (int i = 0; i < c.count; i++) {
-                const Ref child =
-                    uint32_t(c.kind) << KindShift | (c.offset + uint32_t(i) * UnitsOf[uint32_t(c.kind)]);
+            for (uint32_t i = 0; i < uint32_t(c.count); i++) {
+                const Ref child = c.ref(i, m_page.changes() ? 2 : 1);
                 if (!is_within(child))
                     return "its nodes refer to places outside";
                 if (m_met[child & OffsetMask])
                     return "its nodes refer to a place twice";
                 m_met[child & OffsetMask] = true;
-                if (c.kind == Kind::Nodes)
+                if (is_inner)
                     todo.push_back({child, depth + 1});
             }
         }
@@ -50,12 +51,13 @@ class Walk {
     };
     bool is_within(Ref ref) const {
         const Kind kind = kind_of(ref);
+        const bool is_node = kind == kind_of(m_header.root);
         const Section& s = m_page.section(kind);
-        const uint64_t begin = kind == Kind::Nodes ? m_header.nodes : s.leaves;
-        const uint64_t bytes = kind == Kind::Nodes ? m_header.node_bytes : s.leaf_bytes;
-        const uint64_t at = byte_of(ref), size = UnitsOf[uint32_t(kind)] * UnitBytes;
-        return at >= begin && at - begin + size <= bytes &&
-               at % (kind == Kind::Nodes ? sizeof(Node) : 1) == 0;
+        const uint64_t begin = is_node ? m_header.nodes : s.leaves;
+        const uint64_t bytes = is_node ? m_header.node_bytes : s.leaf_bytes;
+        const uint64_t at = byte_of(ref),
+                       size = UnitsOf[uint32_t(kind)] * UnitBytes * (m_page.changes() && !is_node ? 2 : 1);
+        return at >= begin && at - begin + size <= bytes && at % (is_node ? sizeof(Node) : 1) == 0;
     }
 
     Page m_page;

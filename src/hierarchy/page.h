@@ -30,6 +30,8 @@ class Page {
         const Header& h = header();
         return {{h.lower[0], h.lower[1], h.lower[2]}, {h.upper[0], h.upper[1], h.upper[2]}};
     }
+    // It has shapes that change: each node and leaf is two, as an interval of time begins and as it ends.
+    bool changes() const { return kind_of(header().root) == Kind::Changing; }
     const Section& section(Kind kind) const {
         return header().section[std::min(uint32_t(kind), uint32_t(Kind::Count) - 1)];
     }
@@ -38,7 +40,7 @@ class Page {
     uint32_t name(Ref leaf, int i = 0) const {
         const Kind kind = kind_of(leaf);
         const Section& s = section(kind);
-        uint64_t n = (byte_of(leaf) - s.leaves) / (UnitsOf[uint32_t(kind)] * UnitBytes);
+        uint64_t n = (byte_of(leaf) - s.leaves) / (UnitsOf[uint32_t(kind)] * UnitBytes * (changes() ? 2 : 1));
         if (!is_of_grids(kind))
             n = n * names_of_leaf(kind) + unsigned(i);
         return n < s.name_count ? reinterpret_cast<const uint32_t*>(m_bytes + s.names)[n] : 0;
@@ -48,6 +50,33 @@ class Page {
     const uint8_t* m_bytes = nullptr;
     uint32_t m_number = 0;
 };
+
+// body(leaf), whose bytes are of its kind; a place of another page is no such leaf, and has an empty answer.
+template <class Body>
+[[gnu::always_inline]] inline auto with_leaf(const Page& page, Ref leaf, Body&& body) {
+    switch (kind_of(leaf)) {
+    case Kind::Grid32:
+        return body(page.at<Grid32>(leaf));
+    case Kind::Grid48:
+        return body(page.at<Grid48>(leaf));
+    case Kind::GridFloat:
+        return body(page.at<GridFloat>(leaf));
+    case Kind::Triangle32:
+        return body(page.at<Triangle32>(leaf));
+    case Kind::Triangle48:
+        return body(page.at<Triangle48>(leaf));
+    case Kind::TriangleFloat:
+        return body(page.at<TriangleFloat>(leaf));
+    case Kind::Fibre32:
+        return body(page.at<Fibre32>(leaf));
+    case Kind::Fibre48:
+        return body(page.at<Fibre48>(leaf));
+    case Kind::FibreFloat:
+        return body(page.at<FibreFloat>(leaf));
+    default:
+        return decltype(body(page.at<Grid32>(leaf)))();
+    }
+}
 
 class PageMemory {
   public:

@@ -50,10 +50,10 @@ class Stack {
     void put_back(Ref ref) { m_ref[m_size++] = ref; } // for what was popped, at the same distance
 
     // Eight are written where fewer are pushed.
-    void push(const Node& node, const Entered& entered) {
+    void push(const Entered& entered, __m256i refs) {
         // With the places, distances are too large by less than their margin.
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + m_size), entered.keys);
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs_of(node, entered));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs);
         m_size += entered.count;
     }
     // Takes out what begins behind the closest hit.
@@ -96,6 +96,8 @@ struct Nest {
         int base;
     };
     Page page;               // the one it is in
+    bool changes = false;    // has shapes that change:
+    float fraction = 0;      // as they are so far into the interval of the page
     Ray ray;                 // as it runs there
     Outer outer[Levels - 1]; // around that, from the outermost on
     InstancePath at, hit;    // where it is; where the closest hit is
@@ -149,7 +151,8 @@ class RayQueue {
             for (int k = 0; k < now->nodes; k++) {
                 Slot& s = *now->at_node[k];
                 const Node& node = page_of(s).template at<Node>(s.stack.pop());
-                s.stack.push(node, enter_children(node, s.ray));
+                const Entered entered = enter_children(node, s.ray);
+                s.stack.push(entered, refs_of(node, entered));
                 next(*then, s, done);
             }
             for (int k = 0; k < now->leaves; k++) {
@@ -191,6 +194,19 @@ class RayQueue {
             return s.nest.at;
         else
             return InstancePath::none();
+    }
+    static float fraction_of(const Slot& s) {
+        if constexpr (Levels > 1)
+            return s.nest.fraction;
+        else
+            return 0;
+    }
+    // Of what changes; such pages stand in a world alone.
+    static bool changes(const Slot& s) {
+        if constexpr (Levels > 1)
+            return s.nest.changes;
+        else
+            return false;
     }
     struct Waiting {
         int nodes = 0, leaves = 0;
@@ -236,17 +252,22 @@ class RayQueue {
         }
         wait(waiting, s);
     }
-    // What stands at a place, or moves there.
+    float time_of(const Slot& s) const { return m_times.empty() ? 0 : shutter_time(m_times[s.number]); }
+    // What stands at a place, or moves or changes there.
     void meet_place(Slot& s, const Page& page, Ref leaf) {
         if (kind_of(leaf) == Kind::Instance)
             return enter(s, page.at<InstanceLeaf>(leaf));
+        if (kind_of(leaf) == Kind::Changing)
+            return meet_changing(s, page.at<ChangingNode>(leaf));
         const MovingLeaf& moving = page.at<MovingLeaf>(leaf);
         if (moving.stands_still())
             return enter(s, moving.place);
-        const float time = m_times.empty() ? 0 : shutter_time(m_times[s.number]);
+        const float time = time_of(s);
         if (kind_of(leaf) == Kind::Moving) { // other rays go on while memory brings the path
             if (!moving.is_met_by(s.ray, time))
                 return;
+            if (moving.changes())
+                return enter_interval(s, moving.place, time);
             moving.fetch_path();
             return s.stack.put_back(make_ref(Kind::Met, byte_of(leaf)));
         }
@@ -273,7 +294,24 @@ class RayQueue {
             }
             outer.base = s.stack.open(inner.header().root);
             n.at.instance[n.at.depth++] = place.number;
-            n.page = inner;
+            n.page = inner, n.changes = inner.changes();
+        }
+    }
+    void enter_interval(Slot& s, const InstanceLeaf& place, float time) {
+        if constexpr (Levels > 1) {
+            const Interval interval(time, place.times - 1u);
+            InstanceLeaf there = place;
+            there.page += interval.number;
+            if (m_pages[there.page].header().root == NoRef) // all of it is nowhere meanwhile
+                return;
+            s.nest.fraction = interval.fraction;
+            enter(s, there);
+        }
+    }
+    void meet_changing(Slot& s, const ChangingNode& node) {
+        if constexpr (Levels > 1) {
+            const Entered entered = enter_children(node, s.ray, s.nest.fraction);
+            s.stack.push(entered, refs_of(node.begin, entered, 2));
         }
     }
     bool leave(Slot& s) {
@@ -281,6 +319,7 @@ class RayQueue {
             Nest<Levels>& n = s.nest;
             if (n.at.depth == 0)
                 return false;
+            n.changes = false;
             const auto& outer = n.outer[--n.at.depth];
             n.at.instance[n.at.depth] = 0;
             n.page = outer.page, n.ray = outer.ray;
@@ -315,8 +354,8 @@ class RayQueue {
             if (t == s.hit.t && s.hit.found() &&
                 std::tie(path_of_hit(s), s.hit.leaf, s.hit.primitive) < std::tie(path_of(s), leaf, primitive))
                 return false;
-            if (Filter::Filters &&
-                !m_filter.accepts(Candidate{s.number, page, ray_of(s), candidate, path_of(s)}))
+            if (Filter::Filters && !m_filter.accepts(Candidate{s.number, page, ray_of(s), candidate,
+                                                               path_of(s), fraction_of(s)}))
                 return false;
             s.hit = candidate;
             if constexpr (Levels > 1)
@@ -327,6 +366,9 @@ class RayQueue {
         };
         if (Levels > 1 && kind_of(leaf) >= Kind::Instance)
             meet_place(s, page, leaf);
+        else if (changes(s))
+            read_changing_leaf<W>(page, leaf, fraction_of(s),
+                                  [&](const auto& content) { trace_leaf<W>(content, ray, found); });
         else
             read_leaf<W, false>(page, leaf, [&](const auto& content) { trace_leaf<W>(content, ray, found); });
         if (!closer)

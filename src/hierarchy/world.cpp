@@ -26,6 +26,9 @@ struct Placed {
     bool stays = false;
     const MotionPath* path = nullptr;
     LevelRange seen = {};
+    uint32_t intervals = 0; // of time: what lies there changes
+
+    bool moves() const { return path || intervals > 0; } // or changes
 };
 
 // By floats, as whoever shades a hit has it.
@@ -73,7 +76,30 @@ bool make_leaf(const Placed& p, uint32_t number, InstanceLeaf& leaf) {
     return is_affine(p.world_from_page) && leaf.stand_at(p.world_from_page);
 }
 
-// Of the instances of a level that move: their boxes at the times that each needs, one behind the other.
+// Around what changes, at the times between its intervals. Vertices are rounded in between: boxes are a
+// little larger.
+void bound(std::span<const Page> pages, std::span<Bounds3f> at) {
+    std::ranges::fill(at, Bounds3f());
+    for (size_t i = 0; i < pages.size(); i++) {
+        const Page& page = pages[i];
+        if (page.header().root == NoRef)
+            continue;
+        const ChangingNode& root = page.at<ChangingNode>(page.header().root);
+        at[i].extend(bounds_at(root, 0)), at[i + 1].extend(bounds_at(root, 1));
+    }
+    const auto some = std::ranges::find_if_not(at, &Bounds3f::empty);
+    for (Bounds3f& box : at) {
+        if (box.empty())
+            box = *some; // all of it is nowhere then: any box will do
+        for (int a = 0; a < 3; a++) {
+            const float more = 0x1p-20f * std::max(std::abs(box.lo[a]), std::abs(box.hi[a]));
+            box.lo[a] -= more, box.hi[a] += more;
+        }
+    }
+}
+
+// Of the instances of a level that move or change: their boxes at the times that each needs, one behind the
+// other.
 struct Boxes {
     LargeVector<uint64_t> first; // of each instance, and behind the last; none where nothing moves
     LargeVector<Bounds3f> boxes;
@@ -84,8 +110,8 @@ struct Boxes {
         first.resize(count + 1);
         tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
-                if (const MotionPath* path = placement_of(i).path)
-                    first[i] = uint64_t(path->times_to_bound(TurnAStep));
+                if (const Placed p = placement_of(i); p.moves())
+                    first[i] = p.path ? uint64_t(p.path->times_to_bound(TurnAStep)) : p.intervals + 1;
         });
         uint64_t sum = 0;
         for (uint64_t& n : first) {
@@ -104,7 +130,7 @@ struct Boxes {
         }
         const std::span<Bounds3f> all = of(number);
         leaf.place.page = p.page, leaf.place.number = number, leaf.place.times = uint16_t(all.size());
-        leaf.place.seen = p.seen;
+        leaf.place.seen = p.seen, leaf.place.stays = p.stays;
         leaf.path = p.path, leaf.boxes = all.size() > 2 ? all.data() : nullptr;
         leaf.first = all[0], leaf.second = all[1];
     }
@@ -206,13 +232,19 @@ uint32_t World::add_level(size_t count, int nesting, bool moves, const Placement
     tasks::parallel_chunks(count, moves ? 256 : PlacesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
             const Placed p = placement_of(i);
-            const Page& page = m_pages[p.page];
-            if (page.header().root == NoRef) // of nothing there is nothing to see
+            const std::span<const Page> pages(&m_pages[p.page], std::max(p.intervals, 1u));
+            Bounds3f box;
+            for (const Page& page : pages)
+                if (page.header().root != NoRef)
+                    box.extend(page.bounds());
+            if (box.empty()) // of nothing there is nothing to see
                 continue;
-            Bounds3f box = page.bounds();
             bool stands = true;
             if (boxes.move(i)) {
-                p.path->bound(std::exchange(box, {}), boxes.of(i));
+                if (p.path)
+                    p.path->bound(std::exchange(box, {}), boxes.of(i));
+                else
+                    bound(pages, boxes.of(i));
                 for (const Bounds3f& at : boxes.of(i))
                     stands &= is_somewhere(at.lo) && is_somewhere(at.hi), box.extend(at);
             } else {
@@ -267,7 +299,9 @@ uint32_t World::add(std::span<const Placements> runs) {
     bool moves = false;
     for (const Placements& run : runs) {
         nesting = std::max(nesting, nesting_of(run.page));
-        moves |= std::ranges::any_of(run.paths, &MotionPath::moves);
+        moves |= run.intervals > 0 || std::ranges::any_of(run.paths, &MotionPath::moves);
+        if (run.intervals > 0 && run.page + run.intervals > m_pages.size())
+            throw Error("what changes has fewer pages than intervals of time");
         m_fades |= !run.seen.empty();
         first.push_back(count);
         count += run.size();
@@ -276,7 +310,7 @@ uint32_t World::add(std::span<const Placements> runs) {
         const size_t r = size_t(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1;
         const Placements& run = runs[r];
         if (run.stays())
-            return Placed{{}, run.page, true};
+            return Placed{{}, run.page, true, nullptr, {}, run.intervals};
         const size_t k = i - first[r];
         Placed p = run.paths.empty() ? placed(run.page, run.world_from_page[k].data())
                                      : placed(run.page, run.paths[k]);

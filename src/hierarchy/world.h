@@ -23,6 +23,8 @@ struct Placements {
     Places world_from_page = {};            // none: the page lies there as it is
     std::span<const MotionPath> paths = {}; // moving ones instead; whoever has them keeps them
     std::span<const LevelRange> seen = {};  // by which rays each is; none: by all
+    // Of what changes: it lies there as it is, in one page for each of so many even intervals of time.
+    uint32_t intervals = 0;
 
     bool stays() const { return world_from_page.empty() && paths.empty(); }
     size_t size() const { return stays() ? 1 : paths.empty() ? world_from_page.size() : paths.size(); }
