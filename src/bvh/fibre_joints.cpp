@@ -33,11 +33,11 @@ bool is_inside_segment(const float* vertex, const Vec3d& p, double rounding) {
 
 } // namespace
 
-bool is_inside_fibre(const store::Store& store, int shape, int segment, const Vec3f& o, const Vec3f& d,
-                     float t) {
+bool is_inside_fibre(const store::Store& store, int shape, int segment, Step step, const Vec3f& o,
+                     const Vec3f& d, float t) {
     const store::ShapeRecord& s = store.shapes()[size_t(shape)];
     const uint32_t* const first = store.words(s) + s.indices;
-    const float* const vertices = store.floats(s) + s.positions;
+    const float* const vertices = store.floats(s) + s.positions + ptrdiff_t(step.number) * s.motion_stride;
     const double along = double(t);
     const Vec3d p{double(o.x) + along * double(d.x), double(o.y) + along * double(d.y),
                   double(o.z) + along * double(d.z)};
@@ -48,8 +48,15 @@ bool is_inside_fibre(const store::Store& store, int shape, int segment, const Ve
     const uint32_t vertex = first[segment];
     const bool before = segment > 0 && first[segment - 1] + 1 == vertex,
                behind = segment + 1 < s.mv && first[segment + 1] == vertex + 1;
-    return (before && is_inside_segment(vertices + 4 * size_t(vertex - 1), p, rounding)) ||
-           (behind && is_inside_segment(vertices + 4 * size_t(vertex + 1), p, rounding));
+    const auto is_inside = [&](uint32_t first_end) {
+        const float* const now = vertices + 4 * size_t(first_end);
+        float ends[8]; // by the operations of traversal
+        for (int k = 0; k < 8; k++)
+            ends[k] =
+                s.motion_segments > 0 ? now[k] + (now[k + s.motion_stride] - now[k]) * step.fraction : now[k];
+        return is_inside_segment(ends, p, rounding);
+    };
+    return (before && is_inside(vertex - 1)) || (behind && is_inside(vertex + 1));
 }
 
 } // namespace kanuka::bvh

@@ -55,23 +55,24 @@ void compare(const Scene& scene, const std::vector<Ray>& rays,
 }
 
 template <int W>
-void grids_and_meshes() {
+void grids_and_meshes(uint64_t pages_from) {
     constexpr int N = 6;
-    const std::vector<std::vector<Vec3f>> grid = {
+    std::vector<std::vector<Vec3f>> grid = {
         lattice(N, [](float x, float y) { return Vec3f(x, y, 0.2f * x * y); }),
         lattice(N, [](float x, float y) { return Vec3f(x + 1, y, 0.4f * std::sin(3 * x)); }),
         lattice(N, [](float x, float y) { return Vec3f(y, -x, 1 + 0.3f * x); }),
     };
-    const std::vector<std::vector<Vec3f>> mesh = {
+    std::vector<std::vector<Vec3f>> mesh = {
         {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}},
         {{-1, -1, -1.5f}, {1, -1, -1}, {0, 1, 2}, {-1, 1, -1}},
     };
     Shapes shapes;
-    shapes.add_moving_grid(N, N, grid);
+    const int first = shapes.add_moving_grid(N, N, grid);
     shapes.add_sphere({2, 0, 0}, 0.5f, 4); // stands still among them
-    shapes.add_moving_mesh(4, mesh, {0, 1, 2, 3});
+    const int second = shapes.add_moving_mesh(4, mesh, {0, 1, 2, 3});
     shapes.add_moving_mesh(3, mesh, {0, 1, 2});
-    const auto scene = shapes.flat_scene();
+    const auto scene = shapes.flat_scene({.pages_from = pages_from});
+    grid = shapes.traced_steps(first), mesh = shapes.traced_steps(second); // as the lattice has them
     const std::vector<Triangle> still = shapes.triangles;
     compare<W>(*scene, timed_rays(1500, 3, 5), [&](float time) {
         std::vector<Triangle> out = still;
@@ -144,9 +145,11 @@ void moving_instances() {
 } // namespace
 
 TEST(BvhMotion, ShapesThatChange) {
-    grids_and_meshes<1>();
-    grids_and_meshes<8>();
-    grids_and_meshes<16>();
+    for (const uint64_t pages_from : {uint64_t(0), AllInEmbree}) {
+        grids_and_meshes<1>(pages_from);
+        grids_and_meshes<8>(pages_from);
+        grids_and_meshes<16>(pages_from);
+    }
 }
 
 TEST(BvhMotion, InstancesThatMove) {

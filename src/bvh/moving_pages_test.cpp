@@ -226,24 +226,36 @@ TEST(MovingPages, CutOutsInThem) {
     EXPECT_GT(found, 900);
 }
 
-// A group that moves and has a shape that changes is traced by both.
-TEST(MovingPages, BesideShapesThatChange) {
-    Nested nested;
-    std::vector<Vec3f> later = patch(0.2f);
-    for (Vec3f& p : later)
-        p.z += 1;
-    const int shape = nested.shapes.add_moving_grid(6, 6, {patch(-0.2f), later});
-    nested.groups[1].shapes.push_back({shape, 1});
-    const Scene pages(nested.shapes.store, nested.groups, {.pages_from = 0});
-    const Scene embree(nested.shapes.store, nested.groups, {.pages_from = AllInEmbree});
-    const auto rays = timed_rays(8000, 5, 20);
-    const auto hits = intersect<8>(pages, rays);
-    int found = 0, changing = 0;
-    EXPECT_LE(differ(hits, intersect<8>(embree, rays), found), 8);
-    for (const Hit& h : hits)
-        changing += h.hit && h.shape == shape;
-    EXPECT_GT(found, 2500);
-    EXPECT_GT(changing, 200);
+// Groups that move and have shapes that change, by two and by three times: all of it in pages, or changing
+// ones alone in Embree, or all.
+TEST(MovingPages, WithShapesThatChange) {
+    for (const float presence : {-1.0f, 0.4f}) {
+        Nested nested;
+        std::vector<std::vector<Vec3f>> steps{patch(-0.2f), patch(0.2f), patch(0.1f)};
+        for (Vec3f& p : steps[1])
+            p.z += 1;
+        for (Vec3f& p : steps[2])
+            p.z += 1.4f, p.x += 0.5f;
+        const int shape = nested.shapes.add_moving_grid(6, 6, steps, presence);
+        steps.pop_back();
+        nested.shapes.add_moving_mesh(4, steps, {0, 1, 8, 7, 16, 17, 24, 23});
+        nested.groups[1].shapes.push_back({shape, 2});
+        nested.groups[0].shapes.push_back({shape, 1});
+        const Scene pages(nested.shapes.store, nested.groups, {.pages_from = 0});
+        const Scene embree(nested.shapes.store, nested.groups, {.pages_from = AllInEmbree});
+        const auto rays = timed_rays(8000, 5, 20);
+        const auto hits = intersect<8>(pages, rays);
+        int found = 0, changing = 0;
+        EXPECT_LE(differ(hits, intersect<8>(embree, rays), found), 8);
+        EXPECT_EQ(differ(hits, intersect<16>(pages, rays), found), 0);
+        for (const Hit& h : hits)
+            changing += h.hit && h.shape >= shape;
+        EXPECT_GT(found, 2500);
+        EXPECT_GT(changing, 400);
+        const auto hidden = occluded<8>(pages, rays);
+        for (size_t i = 0; i < rays.size(); i++)
+            EXPECT_EQ(hidden[i], hits[i].hit) << i;
+    }
 }
 
 // Where a ray ends is off the triangle that it has hit by less than shading keeps clear of it, however far

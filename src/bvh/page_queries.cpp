@@ -109,17 +109,17 @@ class PageScene::Presence {
         if (!place.partly)
             return true;
         const store::Store& store = m_scene.m_store;
-        const Vec3f Ng = hierarchy::normal_of(c.page, c.here, c.hit);
-        return !is_back(store, place.shape, Ng, c.here.d) && !is_in_next_segment(store, place, c) &&
+        const Vec3f Ng = hierarchy::normal_of(c.page, c.here, c.hit, c.fraction);
+        return !is_back(store, place.shape, Ng, c.here.d) && !is_in_next_segment(place, c) &&
                is_present(store, place.shape, place.prim, place.u, place.v, c.hit.t, m_rays.beholders[c.ray]);
     }
 
   private:
     // Of a fibre: does it lie inside, where another segment goes on?
-    static bool is_in_next_segment(const store::Store& store, const Place& place,
-                                   const hierarchy::Candidate& c) {
+    bool is_in_next_segment(const Place& place, const hierarchy::Candidate& c) const {
         return hierarchy::is_of_fibres(hierarchy::kind_of(c.hit.leaf)) &&
-               is_inside_fibre(store, place.shape, place.prim, c.here.o, c.here.d, c.hit.t);
+               is_inside_fibre(m_scene.m_store, place.shape, place.prim,
+                               {m_scene.interval_of(c.page), c.fraction}, c.here.o, c.here.d, c.hit.t);
     }
 
     const PageScene& m_scene;
@@ -152,6 +152,11 @@ PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarch
         return {shape, number / 2, u, v, partly};
     const int cell = number / 2, row = cell / s.mu;
     return {shape, 0, (float(cell - row * s.mu) + u) / float(s.mu), (float(row) + v) / float(s.mv), partly};
+}
+
+uint32_t PageScene::interval_of(const hierarchy::Page& page) const {
+    const Owner& owner = m_owner_of_page[page.number()];
+    return page.number() - m_groups[size_t(owner.group)].owns[size_t(owner.own)].page;
 }
 
 Matrix PageScene::Run::place(uint32_t number, float time) const {
@@ -204,7 +209,9 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
         instanced = 1;
     });
     const Group& group = m_groups[size_t(owner.group)];
-    const hierarchy::Page& page = m_world.page(group.owns[size_t(owner.own)].page);
+    const Own& own = group.owns[size_t(owner.own)];
+    const hierarchy::Interval interval(rays.time[lane], std::max(own.intervals, 1u));
+    const hierarchy::Page& page = m_world.page(own.page + interval.number);
     const Place place = place_of(page, hit);
     hierarchy::Ray here{{rays.o.x[lane], rays.o.y[lane], rays.o.z[lane]},
                         0,
@@ -216,7 +223,7 @@ void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hi
         invert(world_from_here.data(), down.data());
         here.o = apply(down.data(), here.o, 1), here.d = apply(down.data(), here.d, 0);
     }
-    const Vec3f Ng = hierarchy::normal_of(page, here, hit);
+    const Vec3f Ng = hierarchy::normal_of(page, here, hit, interval.fraction);
     hits.hit.v[lane] = -1;
     hits.t.v[lane] = hit.t, hits.u.v[lane] = place.u, hits.v.v[lane] = place.v;
     hits.Ng.x.v[lane] = Ng.x, hits.Ng.y.v[lane] = Ng.y, hits.Ng.z.v[lane] = Ng.z;

@@ -19,22 +19,30 @@ bool is_mesh(const store::ShapeRecord& s) {
 bool stands_with_grids(const store::ShapeRecord& s) {
     return !is_mesh(s) || s.flags & store::ShapeRecord::OfGrids;
 }
-const float* positions_of(const store::Store& store, const store::ShapeRecord& s) {
-    return store.floats(s) + s.positions;
-}
+// Vertices as they are at a step of what changes, and at the next; null: it stands still.
+struct Vertices {
+    const float *now, *later;
+
+    Vertices(const store::Store& store, const store::ShapeRecord& s, int step)
+        : now(store.floats(s) + s.positions + ptrdiff_t(step) * s.motion_stride),
+          later(step < s.motion_segments ? now + s.motion_stride : nullptr) {}
+};
 bool is_fibre(const store::ShapeRecord& s) {
     return s.flags & store::ShapeRecord::Fibre;
 }
-hierarchy::FibreView fibre_view(const store::Store& store, const store::ShapeRecord& s) {
-    return {positions_of(store, s), size_t(s.mu), store.words(s) + s.indices, size_t(s.mv)};
+hierarchy::FibreView fibre_view(const store::Store& store, const store::ShapeRecord& s, int step) {
+    const Vertices vertices(store, s, step);
+    return {vertices.now, size_t(s.mu), store.words(s) + s.indices, size_t(s.mv), vertices.later};
 }
-hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s) {
-    return {positions_of(store, s),
+hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s, int step) {
+    const Vertices vertices(store, s, step);
+    return {vertices.now,
             size_t(s.mu),
             store.words(s) + s.indices,
             size_t(s.mv),
             s.flags & store::ShapeRecord::Quads ? 4 : 3,
-            stands_with_grids(s)};
+            stands_with_grids(s),
+            vertices.later};
 }
 
 // Leaves of 4x4 cells would be mostly empty: eight triangles of any make better ones.
@@ -47,28 +55,31 @@ bool has_few_cells(const store::ShapeRecord& s) {
 // what a step of the lattice turns them by shows in how bright they are: their steps are so much finer.
 constexpr int LampSteps = 64;
 
-hierarchy::GridView grid_view(const store::Store& store, const store::ShapeRecord& s) {
+hierarchy::GridView grid_view(const store::Store& store, const store::ShapeRecord& s, int step) {
     const int finer = std::max(s.nu / std::max(s.mu, 1), s.nv / std::max(s.mv, 1));
     const bool lamp = s.emitter >= 0 && has_few_cells(s);
-    return {positions_of(store, s), s.mu, s.mv, lamp ? finer * LampSteps : finer};
+    const Vertices vertices(store, s, step);
+    return {vertices.now, s.mu, s.mv, lamp ? finer * LampSteps : finer, vertices.later};
 }
 
 // Cells as quads. Grids of one size have the same corners.
 class CellCorners {
   public:
-    hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s) {
+    hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s, int step) {
         std::vector<uint32_t>& corners = m_of_size[{s.mu, s.mv}];
         const uint32_t row = uint32_t(s.mu) + 1;
         if (corners.empty())
             for (uint32_t j = 0; j < uint32_t(s.mv); j++)
                 for (uint32_t k = j * row; k < j * row + uint32_t(s.mu); k++)
                     corners.insert(corners.end(), {k, k + 1, k + row + 1, k + row});
-        return {positions_of(store, s),
+        const Vertices vertices(store, s, step);
+        return {vertices.now,
                 size_t(row) * size_t(s.mv + 1),
                 corners.data(),
                 size_t(s.mu) * size_t(s.mv),
                 4,
-                true};
+                true,
+                vertices.later};
     }
 
   private:
@@ -81,12 +92,13 @@ constexpr uint64_t BytesACell = 24, BytesATriangle = 48, BytesASegment = 44, Byt
                    BytesAMovingOne = 152;
 
 uint64_t page_bytes(const store::ShapeRecord& s) {
+    const uint64_t ends = s.motion_segments > 0 ? 2 : 1;
     if (is_fibre(s))
-        return uint64_t(s.mv) * BytesASegment;
+        return ends * uint64_t(s.mv) * BytesASegment;
     if (is_mesh(s))
-        return 2 * uint64_t(s.mv) * BytesATriangle;
+        return ends * 2 * uint64_t(s.mv) * BytesATriangle;
     const uint64_t cells = uint64_t(s.mu) * uint64_t(s.mv);
-    return has_few_cells(s) ? 2 * cells * BytesATriangle : cells * BytesACell;
+    return ends * (has_few_cells(s) ? 2 * cells * BytesATriangle : cells * BytesACell);
 }
 
 struct Reach { // of a group, from the world on by instances that bound no solids
@@ -126,36 +138,46 @@ PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, con
     m_root = m_groups.back().root;
 }
 
-// Of the group, what lies in pages: surfaces, and then fibres.
-std::vector<int> PageScene::choose(const store::Store& store, const GroupDesc& desc, Group& group,
-                                   const PagesFrom& least, uint64_t place_bytes) const {
+// Of the group, what lies in pages.
+PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& desc, Group& group,
+                                    const PagesFrom& least, uint64_t place_bytes) const {
     const SolidTrees trees(desc.solids);
-    std::vector<int> surfaces, fibres;
-    uint64_t cells = 0, segments = 0;
-    bool surfaces_fit = true, fibres_fit = true; // each by itself
+    struct Found {
+        std::vector<int> shapes;
+        uint64_t count = 0; // cells of grids, segments of fibres
+        bool fits = true;   // each shape by itself
+    };
+    std::array<Found, Sorts> found;
     for (const auto& range : desc.shapes)
         for (int s = range.first; s < range.first + range.count; s++) {
             const store::ShapeRecord& shape = store.shapes()[size_t(s)];
-            if (!can_hold(shape, trees.bounded_by(range.solid)))
+            if (trees.bounded_by(range.solid) >= 0)
                 continue;
-            const bool fits = page_bytes(shape) < MostBytes;
-            if (is_fibre(shape)) {
-                fibres.push_back(s), fibres_fit &= fits;
-                segments += uint64_t(shape.mv);
-                continue;
-            }
-            surfaces.push_back(s), surfaces_fit &= fits;
-            if (!is_mesh(shape) && !has_few_cells(shape))
-                cells += uint64_t(shape.mu) * uint64_t(shape.mv);
+            Found& sort = found[size_t(sort_of(shape))];
+            sort.shapes.push_back(s);
+            sort.fits &= page_bytes(shape) < MostBytes;
+            if (is_fibre(shape))
+                sort.count += uint64_t(shape.mv);
+            else if (!is_mesh(shape) && !has_few_cells(shape))
+                sort.count += uint64_t(shape.mu) * uint64_t(shape.mv);
         }
-    group.has_surfaces = !surfaces.empty() && cells >= least.cells && surfaces_fit;
-    group.has_fibres = !fibres.empty() && segments >= least.segments && fibres_fit &&
-                       (group.has_surfaces || least.segments == 0 || segments * BytesASegment >= place_bytes);
-    if (!group.has_surfaces)
-        surfaces.clear();
-    if (group.has_fibres)
-        surfaces.insert(surfaces.end(), fibres.begin(), fibres.end());
-    return surfaces;
+    Shapes chosen;
+    bool has_surfaces = false;
+    const auto choose_sort = [&](Sort sort, uint64_t most, std::vector<int>& to) {
+        const Found& f = found[size_t(sort)];
+        const bool is_chosen = !f.shapes.empty() && f.count >= most && f.fits;
+        if (is_chosen)
+            to.insert(to.end(), f.shapes.begin(), f.shapes.end());
+        group.has[size_t(sort)] = is_chosen;
+        return is_chosen;
+    };
+    has_surfaces |= choose_sort(Sort::Surfaces, least.cells, chosen.surfaces);
+    has_surfaces |= choose_sort(Sort::ChangingSurfaces, least.cells, chosen.surfaces);
+    // Places of a group that is in both are in both.
+    const uint64_t pays = has_surfaces || least.segments == 0 ? 0 : place_bytes / BytesASegment;
+    choose_sort(Sort::Fibres, std::max(least.segments, pays), chosen.fibres);
+    choose_sort(Sort::ChangingFibres, std::max(least.segments, pays), chosen.fibres);
+    return chosen;
 }
 
 void PageScene::build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g,
@@ -164,12 +186,12 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
     Group& group = m_groups[g];
     group.first_emitter = desc.emitters > 0 ? desc.first_emitter : -1;
     group.slots = desc.slots;
-    if (const std::vector<int> shapes = choose(store, desc, group, least, place_bytes); !shapes.empty())
+    if (const Shapes shapes = choose(store, desc, group, least, place_bytes); !shapes.empty())
         build_owns(store, g, shapes);
 
     std::vector<hierarchy::Placements> level;
     for (const Own& own : group.owns)
-        level.push_back({own.page, {}});
+        level.push_back({own.page, {}, {}, {}, own.intervals});
     uint32_t count = uint32_t(level.size());
     for (const auto& in : desc.instances) {
         const uint32_t root = m_groups[size_t(in.group)].root;
@@ -179,24 +201,28 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
         group.runs.push_back({count, in.group, in.places, in.paths, in.first_slot, in.variations});
         count += uint32_t(in.size());
     }
-    if (group.runs.empty() && group.owns.size() < 2)
+    if (group.runs.empty() && group.owns.size() < 2 && (group.owns.empty() || group.owns[0].intervals == 0))
         group.root = group.owns.empty() ? None : group.owns[0].page;
     else
         group.root = m_world.add(level);
 }
 
-PageScene::Lattices::Lattices(const store::Store& store, std::span<const int> shapes) {
+PageScene::Lattices::Lattices(const store::Store& store, const Shapes& shapes) {
     std::vector<hierarchy::GridView> voters; // those whose cells are a mesh, too
     std::vector<hierarchy::MeshView> polygons, cut;
     std::vector<hierarchy::FibreView> hairs;
-    for (const int shape : shapes) {
+    for (const int shape : shapes.surfaces) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
-        if (is_fibre(s))
-            hairs.push_back(fibre_view(store, s));
-        else if (is_mesh(s))
-            (stands_with_grids(s) ? cut : polygons).push_back(mesh_view(store, s));
-        else
-            voters.push_back(grid_view(store, s));
+        for (int step = 0; step <= s.motion_segments; step++)
+            if (is_mesh(s))
+                (stands_with_grids(s) ? cut : polygons).push_back(mesh_view(store, s, step));
+            else
+                voters.push_back(grid_view(store, s, step));
+    }
+    for (const int shape : shapes.fibres) {
+        const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+        for (int step = 0; step <= s.motion_segments; step++)
+            hairs.push_back(fibre_view(store, s, step));
     }
     if (!voters.empty())
         cut.clear(); // whole cells say more about what they need than slivers
@@ -222,28 +248,29 @@ void PageScene::Lattices::move(store::Store& store, int shape) const {
         shape, [&lattice](const Vec3f& p) { return hierarchy::is_somewhere(p) ? lattice.snap(p) : p; });
 }
 
-// One lattice for all of a kind, and as many pages as they need.
-void PageScene::build_owns(store::Store& store, size_t g, const std::vector<int>& shapes) {
+// One lattice for all of a kind, and as many pages as they need: what changes has its own, by the number of
+// its intervals.
+void PageScene::build_owns(store::Store& store, size_t g, const Shapes& shapes) {
     const Lattices lattices(store, shapes);
-    const size_t surfaces =
-        size_t(std::ranges::partition_point(
-                   shapes, [&](int shape) { return !is_fibre(store.shapes()[size_t(shape)]); }) -
-               shapes.begin());
-    tasks::parallel_chunks(surfaces, ShapesATask, [&](size_t begin, size_t end) {
+    tasks::parallel_chunks(shapes.surfaces.size(), ShapesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++)
-            lattices.move(store, shapes[i]);
+            lattices.move(store, shapes.surfaces[i]);
     });
-    tasks::parallel_for(shapes.size() - surfaces,
-                        [&](size_t i) { lattices.move(store, shapes[surfaces + i]); });
-    for (size_t begin = 0, end; begin < shapes.size(); begin = end) {
-        uint64_t bytes = 0;
-        for (end = begin; end < shapes.size(); end++) {
-            bytes += page_bytes(store.shapes()[size_t(shapes[end])]);
-            if (bytes >= m_most_bytes && end > begin)
-                break;
+    tasks::parallel_for(shapes.fibres.size(), [&](size_t i) { lattices.move(store, shapes.fibres[i]); });
+    std::map<int, std::vector<int>> by_intervals;
+    for (const std::vector<int>* list : {&shapes.surfaces, &shapes.fibres})
+        for (const int shape : *list)
+            by_intervals[store.shapes()[size_t(shape)].motion_segments].push_back(shape);
+    for (const auto& [intervals, list] : by_intervals)
+        for (size_t begin = 0, end; begin < list.size(); begin = end) {
+            uint64_t bytes = 0;
+            for (end = begin; end < list.size(); end++) {
+                bytes += page_bytes(store.shapes()[size_t(list[end])]);
+                if (bytes >= m_most_bytes && end > begin)
+                    break;
+            }
+            build_own(store, g, std::span(list).subspan(begin, end - begin), lattices);
         }
-        build_own(store, g, std::span(shapes).subspan(begin, end - begin), lattices);
-    }
 }
 
 void PageScene::Numbered::add(int shape, bool is_partly, size_t parts) {
@@ -256,38 +283,58 @@ PageScene::Numbered::Part PageScene::Numbered::part(uint32_t name) const {
     return {shapes[i], int(name - first[i]), partly[i] != 0};
 }
 
-void PageScene::build_own(const store::Store& store, size_t g, std::span<const int> shapes,
-                          const Lattices& lattices) {
+PageScene::Own PageScene::number_shapes(const store::Store& store, std::span<const int> shapes) {
     Own own;
-    std::vector<hierarchy::GridView> grids;
-    std::vector<hierarchy::MeshView> meshes;
-    std::vector<hierarchy::FibreView> fibres;
-    CellCorners corners;
     for (const int shape : shapes) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
         // A ray may start inside of a fibre that lets it through: where segments join is inside too.
         const bool partly =
             is_partly_there(store, s) || (is_fibre(s) && store.programs()[size_t(s.program)].lets_through());
         m_partly |= partly;
-        if (is_fibre(s)) {
-            fibres.push_back(fibre_view(store, s));
-            own.fibres.add(shape, partly, fibres.back().segments);
-        } else if (!is_mesh(s) && !has_few_cells(s)) {
+        if (is_fibre(s))
+            own.fibres.add(shape, partly, size_t(s.mv));
+        else if (is_mesh(s))
+            own.meshes.add(shape, partly, mesh_view(store, s, 0).triangles());
+        else if (has_few_cells(s))
+            own.meshes.add(shape, partly, 2 * size_t(s.mu) * size_t(s.mv));
+        else
             own.grids.shapes.push_back(shape), own.grids.partly.push_back(partly);
-            grids.push_back(grid_view(store, s));
-        } else {
-            meshes.push_back(is_mesh(s) ? mesh_view(store, s) : corners.mesh_view(store, s));
-            own.meshes.add(shape, partly, meshes.back().triangles());
+    }
+    return own;
+}
+
+void PageScene::build_own(const store::Store& store, size_t g, std::span<const int> shapes,
+                          const Lattices& lattices) {
+    Own own = number_shapes(store, shapes);
+    own.intervals = uint32_t(store.shapes()[size_t(shapes[0])].motion_segments);
+    CellCorners corners;
+    std::vector<hierarchy::PageMemory> pages;
+    for (int step = 0; step < std::max(int(own.intervals), 1); step++) {
+        std::vector<hierarchy::GridView> grids;
+        std::vector<hierarchy::MeshView> meshes;
+        std::vector<hierarchy::FibreView> fibres;
+        for (const int shape : own.grids.shapes)
+            grids.push_back(grid_view(store, store.shapes()[size_t(shape)], step));
+        for (const int shape : own.meshes.shapes) {
+            const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+            meshes.push_back(is_mesh(s) ? mesh_view(store, s, step) : corners.mesh_view(store, s, step));
         }
+        for (const int shape : own.fibres.shapes)
+            fibres.push_back(fibre_view(store, store.shapes()[size_t(shape)], step));
+        pages.push_back(hierarchy::build({grids, meshes, false, fibres}, lattices));
     }
-    m_memory.push_back(hierarchy::build({grids, meshes, false, fibres}, lattices));
-    if (m_memory.back().page().header().root == hierarchy::NoRef) {
-        m_memory.pop_back(); // all of it is nowhere
+    const auto is_nowhere = [](const hierarchy::PageMemory& m) {
+        return m.page().header().root == hierarchy::NoRef;
+    };
+    if (std::ranges::all_of(pages, is_nowhere))
         return;
+    for (hierarchy::PageMemory& page : pages) {
+        m_memory.push_back(std::move(page));
+        const uint32_t number = m_world.add(m_memory.back().page());
+        own.page = std::min(own.page, number);
+        m_owner_of_page.resize(number + 1);
+        m_owner_of_page[number] = {int(g), int(m_groups[g].owns.size())};
     }
-    own.page = m_world.add(m_memory.back().page());
-    m_owner_of_page.resize(own.page + 1);
-    m_owner_of_page[own.page] = {int(g), int(m_groups[g].owns.size())};
     m_groups[g].owns.push_back(std::move(own));
 }
 

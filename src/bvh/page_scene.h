@@ -1,7 +1,9 @@
-// What of a scene lies in pages of our own hierarchy: grids, meshes and fibres that do not change, of groups
-// that have many of them, and instances of such groups, which may move. The rest is Embree's (build.cpp):
-// small groups, shapes that change, and the surfaces of solids.
+// What of a scene lies in pages of our own hierarchy: grids, meshes and fibres, of groups that have many of
+// them, and instances of such groups. All of it may move and change. The rest is Embree's (build.cpp): small
+// groups, and the surfaces of solids.
 #pragma once
+
+#include <array>
 
 #include "bvh/matrix.h"
 #include "bvh/presence.h"
@@ -24,9 +26,7 @@ class PageScene {
     // Of a shape of a group, which bounds solid `solid` (-1 = none), wherever the group bounds none as a
     // whole.
     bool holds(size_t group, const store::ShapeRecord& shape, int solid) const {
-        const Group& g = m_groups[group];
-        return (shape.flags & store::ShapeRecord::Fibre ? g.has_fibres : g.has_surfaces) &&
-               can_hold(shape, solid);
+        return solid < 0 && m_groups[group].has[size_t(sort_of(shape))];
     }
     Bounds3f bounds() const;
     uint64_t bytes() const;
@@ -40,6 +40,13 @@ class PageScene {
 
   private:
     static constexpr uint32_t None = ~0u; // no page of the world
+
+    // Of each a group has all in pages, or none.
+    enum class Sort { Surfaces, Fibres, ChangingSurfaces, ChangingFibres };
+    static constexpr size_t Sorts = 4;
+    static Sort sort_of(const store::ShapeRecord& shape) {
+        return Sort((shape.flags & store::ShapeRecord::Fibre ? 1 : 0) + (shape.motion_segments > 0 ? 2 : 0));
+    }
 
     struct Run { // instances of another group, numbered on through the level
         uint32_t first;
@@ -71,14 +78,19 @@ class PageScene {
         Grids grids;
         Numbered meshes, fibres; // few cells are a mesh
         uint32_t page = None;
+        uint32_t intervals = 0; // of time, each of which has a page, this one and those that follow; 0: still
+    };
+    struct Shapes { // of a group
+        std::vector<int> surfaces, fibres;
+        bool empty() const { return surfaces.empty() && fibres.empty(); }
     };
     struct Lattices : hierarchy::Lattices { // of a group
-        Lattices(const store::Store& store, std::span<const int> shapes);
+        Lattices(const store::Store& store, const Shapes& shapes);
         void move(store::Store& store, int shape) const;
     };
     struct Group {
         std::vector<Own> owns; // one, where all fits into a page
-        bool has_surfaces = false, has_fibres = false;
+        std::array<bool, Sorts> has{};
         std::vector<Run> runs;
         int first_emitter, slots; // first_emitter: -1 = its own have no numbers
         uint32_t root = None;     // the page of its shapes, or the level of those and its instances
@@ -92,9 +104,6 @@ class PageScene {
         bool partly;
     };
     class Presence;
-    static bool can_hold(const store::ShapeRecord& shape, int solid) {
-        return solid < 0 && shape.motion_segments == 0;
-    }
 
     // Where a hit lies; tells step(run, number in the run) of each instance on the way.
     template <class Step>
@@ -102,12 +111,15 @@ class PageScene {
     // `place_bytes`: what places of the group take in one other group, at the most.
     void build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g, const PagesFrom& least,
                      uint64_t place_bytes);
-    std::vector<int> choose(const store::Store& store, const GroupDesc& desc, Group& group,
-                            const PagesFrom& least, uint64_t place_bytes) const;
-    void build_owns(store::Store& store, size_t g, const std::vector<int>& shapes);
+    Shapes choose(const store::Store& store, const GroupDesc& desc, Group& group, const PagesFrom& least,
+                  uint64_t place_bytes) const;
+    void build_owns(store::Store& store, size_t g, const Shapes& shapes);
+    // All of the same number of intervals.
     void build_own(const store::Store& store, size_t g, std::span<const int> shapes,
                    const Lattices& lattices);
+    Own number_shapes(const store::Store& store, std::span<const int> shapes);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
+    uint32_t interval_of(const hierarchy::Page& page) const; // of time, that what changes has the page for
     template <int W>
     void put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hit,
              const hierarchy::InstancePath& path, HitPacket<W>& hits) const;

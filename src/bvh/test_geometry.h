@@ -189,10 +189,20 @@ class Shapes {
         }
     }
     Point vertex(int shape, size_t number) const { return Point(traced_vertex(shape, number)); }
-    Vec3f traced_vertex(int shape, size_t number) const {
+    Vec3f traced_vertex(int shape, size_t number, int step = 0) const {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
-        const float* p = store.floats(s) + s.positions + 3 * number;
+        const float* p = store.floats(s) + s.positions + ptrdiff_t(step) * s.motion_stride + 3 * number;
         return {p[0], p[1], p[2]};
+    }
+    // Of a shape that changes, by steps.
+    std::vector<std::vector<Vec3f>> traced_steps(int shape) const {
+        const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+        const bool mesh = s.flags & store::ShapeRecord::Mesh;
+        std::vector<std::vector<Vec3f>> steps(size_t(s.motion_segments) + 1);
+        for (size_t k = 0; k < steps.size(); k++)
+            for (size_t v = 0; v < (mesh ? size_t(s.mu) : size_t(s.mu + 1) * size_t(s.mv + 1)); v++)
+                steps[k].push_back(traced_vertex(shape, v, int(k)));
+        return steps;
     }
 
   private:

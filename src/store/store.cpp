@@ -166,9 +166,12 @@ void Store::move_vertices(int shape, const std::function<Vec3f(const Vec3f&)>& t
         const float* p = positions + 3 * vertex;
         return Vec3f(p[0], p[1], p[2]);
     };
-    for (size_t v = 0; v < vertices; v++) {
-        const Vec3f p = to(at(v));
-        positions[3 * v] = p.x, positions[3 * v + 1] = p.y, positions[3 * v + 2] = p.z;
+    for (int step = 0; step <= s.motion_segments; step++) {
+        float* p = positions + ptrdiff_t(step) * s.motion_stride;
+        for (size_t v = 0; v < vertices; v++, p += 3) {
+            const Vec3f moved = to({p[0], p[1], p[2]});
+            p[0] = moved.x, p[1] = moved.y, p[2] = moved.z;
+        }
     }
     if (s.emitter < 0)
         return;
@@ -207,8 +210,9 @@ void Store::move_fibre(int shape, const std::function<void(float*)>& move) {
     const ShapeRecord& s = m_shapes[size_t(shape)];
     float* const vertices =
         reinterpret_cast<float*>(m_windows[size_t(window(s.program))].words) + s.positions;
-    for (size_t v = 0; v < size_t(s.mu); v++)
-        move(vertices + 4 * v);
+    for (int step = 0; step <= s.motion_segments; step++)
+        for (size_t v = 0; v < size_t(s.mu); v++)
+            move(vertices + ptrdiff_t(step) * s.motion_stride + 4 * v);
 }
 
 float Store::presence(int shape, int prim, float u, float v) const {
