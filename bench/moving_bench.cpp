@@ -1,9 +1,11 @@
-// Instances that move beside the same ones that stand still, in pages and in Embree, by the queries of the
-// renderer: time a ray, and bytes.
+// Instances that move, or grids that change, beside the same ones that stand still, in pages and in Embree,
+// by the queries of the renderer: time a ray, and bytes.
 //
 //     moving_bench [--instances=N] [--rays=N] [--rounds=N] [--turn=DEGREES] [--travel=UNITS]
+//     moving_bench --cells=N [--times=N] [--rays=N] [--rounds=N] [--travel=UNITS]
 //
-// Each thing is two units wide; it travels in a direction of its own and turns about an axis of its own. Two
+// Each thing is two units wide; it travels in a direction of its own and turns about an axis of its own.
+// `--cells`: a terrain instead, 250 units wide, whose waves travel, given at so many times (2). Two
 // threads build and one traces, whose time counts; rounds go through all scenes in turn, figures are medians,
 // of ratios too. Rays of one time are traced too: what remains is what it costs to make the way anew, and
 // what is left out is that boxes of a whole way are larger.
@@ -27,6 +29,7 @@ struct Settings {
     size_t instances = 100000, rays = 65536;
     int rounds = 7;
     double turn = 20, travel = 1;
+    int cells = 0, times = 2;
 };
 
 // A forest: things stand beside each other on a plane, about to overlap.
@@ -70,6 +73,39 @@ void add_ball(Shapes& shapes) {
             }
         shapes.add_grid(Cells, Cells, points);
     }
+}
+
+// Square grids of 64 cells to a side.
+constexpr float Width = 250;
+void add_terrain(Shapes& shapes, const Settings& s, bool changes) {
+    constexpr int Cells = 64;
+    const int across = std::max(1, int(std::sqrt(double(s.cells)) / Cells));
+    const auto height = [](float x, float z) {
+        float sum = 0;
+        for (int octave = 0; octave < 6; octave++) {
+            const float f = 0.15f * float(1 << octave);
+            sum += std::sin(f * x + float(octave)) * std::sin(f * z + 2) * 3 / float(1 << octave);
+        }
+        return sum;
+    };
+    for (int v = 0; v < across; v++)
+        for (int u = 0; u < across; u++) {
+            std::vector<std::vector<Vec3f>> steps;
+            for (int k = 0; k < (changes ? s.times : 1); k++) {
+                const float way = float(s.travel) * float(k) / float(s.times - 1);
+                std::vector<Vec3f>& points = steps.emplace_back();
+                for (int j = 0; j <= Cells; j++)
+                    for (int i = 0; i <= Cells; i++) {
+                        const float x = (float(u) + float(i) / Cells) / float(across) * Width - Width / 2,
+                                    z = (float(v) + float(j) / Cells) / float(across) * Width - Width / 2;
+                        points.push_back({x + 0.3f * way, height(x - way, z), z});
+                    }
+            }
+            if (changes)
+                shapes.add_moving_grid(Cells, Cells, steps);
+            else
+                shapes.add_grid(Cells, Cells, steps[0]);
+        }
 }
 
 // Of rounds that lie beside each other: the machine may be shared.
@@ -155,6 +191,10 @@ Settings settings_of(int argc, char** argv) {
             s.turn = std::atof(v);
         else if (const char* v = value("--travel="))
             s.travel = std::atof(v);
+        else if (const char* v = value("--cells="))
+            s.cells = std::atoi(v);
+        else if (const char* v = value("--times="))
+            s.times = std::max(2, std::atoi(v));
     }
     return s;
 }
@@ -165,27 +205,34 @@ int main(int argc, char** argv) {
     const Settings settings = settings_of(argc, argv);
     const oneapi::tbb::global_control two(oneapi::tbb::global_control::max_allowed_parallelism, 2);
     const Forest forest(settings);
-    Shapes shapes;
-    add_ball(shapes);
+    Shapes things[2]; // what stands still, and what moves or changes
+    if (settings.cells > 0)
+        add_terrain(things[0], settings, false), add_terrain(things[1], settings, true);
+    else
+        add_ball(things[0]), add_ball(things[1]);
     Tracer all[] = {{"pages, still", nullptr, false},
                     {"pages, moving", nullptr, true},
                     {"Embree, still", nullptr, false},
                     {"Embree, moving", nullptr, true}};
     for (Tracer& t : all) {
-        std::vector<GroupDesc> groups(2);
+        Shapes& shapes = things[t.moves];
+        std::vector<GroupDesc> groups(settings.cells > 0 ? 1 : 2);
         groups[0].shapes.push_back({0, int(shapes.store.shapes().size())});
-        if (t.moves)
+        if (settings.cells == 0 && t.moves)
             groups[1].instances.push_back({0, {}, forest.paths});
-        else
+        else if (settings.cells == 0)
             groups[1].instances.push_back({0, forest.still});
         const double start = seconds(CLOCK_MONOTONIC);
         t.scene = std::make_unique<Scene>(
             shapes.store, groups, Scene::Build{.pages_from = t.name[0] == 'p' ? uint64_t(0) : AllInEmbree});
         t.built = seconds(CLOCK_MONOTONIC) - start;
-        std::printf("%-15s %6.1f bytes an instance, built in %.2f s\n", t.name,
-                    double(t.scene->bytes()) / double(settings.instances), t.built);
+        const double count =
+            settings.cells > 0 ? double(shapes.store.shapes().size()) * 64 * 64 : double(settings.instances);
+        std::printf("%-15s %6.1f bytes %s, built in %.2f s\n", t.name, double(t.scene->bytes()) / count,
+                    settings.cells > 0 ? "a cell" : "an instance", t.built);
     }
-    std::vector<Ray> rays = camera_rays(settings.rays, std::sqrt(double(settings.instances)) * 2.5);
+    std::vector<Ray> rays = camera_rays(
+        settings.rays, settings.cells > 0 ? double(Width) : std::sqrt(double(settings.instances)) * 2.5);
     for (const char* name : {"camera", "bounce 1", "bounce 2", "bounce 2, at once"}) {
         if (std::strstr(name, "at once"))
             for (Ray& r : rays)
