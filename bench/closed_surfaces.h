@@ -16,10 +16,20 @@ struct ClosedSurface {
     std::vector<TestGrid> grids;
     std::vector<float> positions; // of a mesh
     std::vector<uint32_t> corners;
-    bool is_grid = false;          // the mesh's vertices are vertices of grids too
-    std::vector<Transform> places; // of instances; none: it lies there as it is
-    std::vector<MotionPath> paths; // of those that move, from their places on
+    bool is_grid = false;                     // the mesh's vertices are vertices of grids too
+    std::vector<Transform> places;            // of instances; none: it lies there as it is
+    std::vector<MotionPath> paths;            // of those that move, from their places on
+    std::vector<std::vector<TestGrid>> later; // grids that change, as they are at further even times,
+    std::vector<Vec3f> centres;               // and where balls of this radius are inside of them
+    float clear = 0;
 
+    const std::vector<TestGrid>& step(size_t k) const { return k == 0 ? grids : later[k - 1]; }
+    // A point inside of what changes.
+    Vec3f inside(Random& random, float time) const {
+        const Interval at(time, uint32_t(later.size()));
+        const Vec3f centre = centres[at.number] + (centres[at.number + 1] - centres[at.number]) * at.fraction;
+        return centre + random.direction() * (clear * random.uniform());
+    }
     Transform place(size_t i, float time) const {
         return paths.empty() ? places[i] : paths[i].at(double(time));
     }
@@ -63,11 +73,38 @@ struct ClosedSurface {
     }
 };
 
+// A ball that swells, waves and flies, at two to five times. Its vertices go straight from one time to the
+// next, each on its own ray from the centre: so half of what is clear of all of them is clear in between.
+inline ClosedSurface changing_surface(uint32_t seed) {
+    ClosedSurface s;
+    Random random(seed);
+    const int steps = 1 + int(seed % 4);
+    Vec3f centre(0.0f);
+    s.clear = 1e30f;
+    for (int k = 0; k <= steps; k++) {
+        std::vector<TestGrid> ball = testing::ball(2 + int(seed % 3), 16, 1 + 0.3f * float(k), 0.2f,
+                                                   4 + float((seed + uint32_t(k)) % 5));
+        for (TestGrid& g : ball)
+            for (size_t i = 0; i < g.positions.size(); i += 3) {
+                const Vec3f p(g.positions[i], g.positions[i + 1], g.positions[i + 2]);
+                s.clear = std::min(s.clear, 0.5f * length(p));
+                for (int c = 0; c < 3; c++)
+                    g.positions[i + size_t(c)] += centre[c];
+            }
+        (k == 0 ? s.grids : s.later.emplace_back()) = std::move(ball);
+        s.centres.push_back(centre);
+        centre += random.in_box(1);
+    }
+    return s;
+}
+
 // Surfaces of a kind, by number.
 inline ClosedSurface closed_surface(const std::string& kind, uint32_t seed) {
     using dice::test::ClosedShape;
     ClosedSurface s;
     Journal journal;
+    if (kind == "changing")
+        return changing_surface(seed);
     if (kind == "subdivided")
         s.add(ClosedShape(4 * seed).diced(journal));
     else if (kind == "displaced") // subdivision meshes and NURBS, and every fourth time overhanging grids

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from settings import Found, Say, Settings, built, lines_of
 
-KINDS = ("displaced", "subdivided", "trimmed", "mesh", "instances", "moving")
+KINDS = ("displaced", "subdivided", "trimmed", "mesh", "instances", "moving", "changing", "fibres")
 RAYS, SURFACES = 200_000_000, 64  # of each kind
 QUICK_RAYS, QUICK_SURFACES = 2_000_000, 4
 
