@@ -199,7 +199,9 @@ class Builder {
             size_t vertex_bytes, index_bytes;
         };
         const Kind kind =
-            s.flags & store::ShapeRecord::Fibre
+            s.flags & store::ShapeRecord::Balls
+                ? Kind{RTC_GEOMETRY_TYPE_SPHERE_POINT, RTC_FORMAT_FLOAT4, RTC_FORMAT_UNDEFINED, 16, 0}
+            : s.flags & store::ShapeRecord::Fibre
                 ? Kind{RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE, RTC_FORMAT_FLOAT4, RTC_FORMAT_UINT, 16, 4}
             : s.flags & store::ShapeRecord::Quads
                 ? Kind{RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_FLOAT3, RTC_FORMAT_UINT4, 12, 16}
@@ -210,8 +212,9 @@ class Builder {
             rtcSetSharedGeometryBuffer(
                 geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), kind.vertex, m_store.words(s) + s.positions,
                 size_t(k) * size_t(s.motion_stride) * 4, kind.vertex_bytes, size_t(s.mu));
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, kind.index,
-                                   m_store.words(s) + s.indices, 0, kind.index_bytes, size_t(s.mv));
+        if (kind.index != RTC_FORMAT_UNDEFINED) // balls are the vertices
+            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, kind.index,
+                                       m_store.words(s) + s.indices, 0, kind.index_bytes, size_t(s.mv));
         attach(group, geometry, std::make_unique<Geometry>(Geometry{&m_store, {shape}, {}, solid}));
     }
 

@@ -117,9 +117,10 @@ struct HitPacket {
 struct PagesFrom {
     uint64_t cells = uint64_t(1) << 22; // of grids
     uint64_t segments = 1 << 16;        // of fibres; and if they take more than places of the group do
+    uint64_t changing = ~uint64_t(0);   // either, of what changes: Embree has that faster, whatever its size
 
     PagesFrom() = default;
-    PagesFrom(uint64_t both) : cells(both), segments(both) {}
+    PagesFrom(uint64_t of_all) : cells(of_all), segments(of_all), changing(of_all) {}
 };
 
 class Scene {

@@ -36,6 +36,8 @@ bool is_inside_segment(const float* vertex, const Vec3d& p, double rounding) {
 bool is_inside_fibre(const store::Store& store, int shape, int segment, Step step, const Vec3f& o,
                      const Vec3f& d, float t) {
     const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+    if (s.flags & store::ShapeRecord::Balls) // nothing joins
+        return false;
     const uint32_t* const first = store.words(s) + s.indices;
     const float* const vertices = store.floats(s) + s.positions + ptrdiff_t(step.number) * s.motion_stride;
     const double along = double(t);

@@ -32,7 +32,8 @@ bool is_fibre(const store::ShapeRecord& s) {
 }
 hierarchy::FibreView fibre_view(const store::Store& store, const store::ShapeRecord& s, int step) {
     const Vertices vertices(store, s, step);
-    return {vertices.now, size_t(s.mu), store.words(s) + s.indices, size_t(s.mv), vertices.later};
+    return {vertices.now, size_t(s.mu),   store.words(s) + s.indices,
+            size_t(s.mv), vertices.later, (s.flags & store::ShapeRecord::Balls) != 0};
 }
 hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s, int step) {
     const Vertices vertices(store, s, step);
@@ -172,11 +173,11 @@ PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& 
         return is_chosen;
     };
     has_surfaces |= choose_sort(Sort::Surfaces, least.cells, chosen.surfaces);
-    has_surfaces |= choose_sort(Sort::ChangingSurfaces, least.cells, chosen.surfaces);
+    has_surfaces |= choose_sort(Sort::ChangingSurfaces, least.changing, chosen.surfaces);
     // Places of a group that is in both are in both.
     const uint64_t pays = has_surfaces || least.segments == 0 ? 0 : place_bytes / BytesASegment;
     choose_sort(Sort::Fibres, std::max(least.segments, pays), chosen.fibres);
-    choose_sort(Sort::ChangingFibres, std::max(least.segments, pays), chosen.fibres);
+    choose_sort(Sort::ChangingFibres, std::max(least.changing, pays), chosen.fibres);
     return chosen;
 }
 
@@ -289,7 +290,8 @@ PageScene::Own PageScene::number_shapes(const store::Store& store, std::span<con
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
         // A ray may start inside of a fibre that lets it through: where segments join is inside too.
         const bool partly =
-            is_partly_there(store, s) || (is_fibre(s) && store.programs()[size_t(s.program)].lets_through());
+            is_partly_there(store, s) || (is_fibre(s) && !(s.flags & store::ShapeRecord::Balls) &&
+                                          store.programs()[size_t(s.program)].lets_through());
         m_partly |= partly;
         if (is_fibre(s))
             own.fibres.add(shape, partly, size_t(s.mv));

@@ -60,7 +60,8 @@ Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget& target
     if (std::holds_alternative<scene::Points>(primitive.geometry))
         return dice_mesh_steps(primitive, target, rule, displace, journal,
                                [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
-                                   return geom::mesh_from_points(p, m, rule.density, j, parts, first);
+                                   return geom::mesh_from_points(
+                                       p, m, rule.density, target.polygons || displace, j, parts, first);
                                });
     if (const auto* blobby = std::get_if<scene::Blobby>(&primitive.geometry))
         return dice_mesh_steps(primitive, target, rule, displace, journal,

@@ -101,6 +101,37 @@ TEST(Points, BlobsMelt) {
     EXPECT_LT(neck, 0.05f); // joined
 }
 
+// One vertex each, where they are small in the picture; spheres of triangles where they are not, and where
+// there must be polygons.
+TEST(Points, SmallSpheresAreBalls) {
+    const std::vector<float> places{0, 0, 0, 0.5f, 0.5f, 0, -0.5f, 0.2f, 1};
+    const float pixel = 6.0f / 256; // at the origin
+    Journal journal;
+    DiceTarget polygons;
+    polygons.polygons = true;
+    for (const char* type : {"sphere", "particle", (const char*)nullptr}) {
+        scene::Primitive p = points(type, places, 1.5f * pixel);
+        p.primvars.set(floats("Cs", Type::Color, Detail::Vertex, {1, 0, 0, 0, 1, 0, 0, 0, 1}));
+        const Diced d = run(p);
+        EXPECT_TRUE(d.mesh.balls && d.mesh.around);
+        ASSERT_EQ(d.mesh.indices.size(), 3u);
+        for (int i = 0; i < 3; i++) {
+            EXPECT_EQ(d.mesh.radius[size_t(i)], 0.75f * pixel);
+            EXPECT_EQ(d.mesh_vertices.position(i).x, places[size_t(3 * i)]);
+            EXPECT_LT(d.mesh_vertices.normal(i).z, -0.9f); // to the camera
+            ASSERT_EQ(d.mesh_vertices.primvars.size(), 1u);
+            EXPECT_EQ(d.mesh_vertices.primvars[0].component(i)[i], 1);
+        }
+        EXPECT_FALSE(dice::dice(p, polygons, looking(3), {}, journal).mesh.balls);
+        EXPECT_FALSE(run(points(type, places, 4 * pixel)).mesh.balls);
+    }
+    EXPECT_FALSE(run(points("disk", places, pixel)).mesh.balls);
+    // A few large ones among them make no difference.
+    scene::Primitive mixed = points("sphere", places, pixel);
+    mixed.primvars.set(floats("width", Type::Float, Detail::Vertex, {pixel, 10 * pixel, pixel}));
+    EXPECT_TRUE(run(mixed).mesh.balls);
+}
+
 TEST(Points, UnknownTypesAreReported) {
     Journal journal;
     const Diced d = dice::dice(points("cube", {0, 0, 0}, 1), {}, looking(3), {}, journal);

@@ -155,6 +155,7 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rate
     DiceTarget target;
     target.page_from_object = place;
     target.shade_uniform = uniform_shader;
+    target.polygons = out.kind == Kind::Balls; // small ones have none else: bvh/ball_test.cpp has those
     const int instanced = chance(0.15) ? 1 + int(chance(0.5)) : 0;
     if (instanced == 1 && first.closed) // tubes and the like: not what a ribbon is
         target.pixels_per_unit = float(pixels / (2 * radius));

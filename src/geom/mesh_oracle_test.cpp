@@ -176,7 +176,7 @@ TEST(PointOracles, FlatOnesHaveParameters) {
         eye.pixels = 10;
         MeshParts out;
         Journal journal;
-        ASSERT_TRUE(mesh_from_points(p, {}, eye, journal, out));
+        ASSERT_TRUE(mesh_from_points(p, {}, eye, true, journal, out));
         const grid::Grid& g = out.vertices;
         const int each = g.vertices() / 3;
         const double angle = square ? std::acos(-1.0) / 6 : 0, higher = square ? 1 / 2.5 : 1;
@@ -227,7 +227,7 @@ TEST(PointOracles, TooManyVerticesMakeThemCoarser) {
         eye.most = most;
         MeshParts out;
         Journal journal;
-        ASSERT_TRUE(mesh_from_points(p, {}, eye, journal, out));
+        ASSERT_TRUE(mesh_from_points(p, {}, eye, true, journal, out));
         EXPECT_EQ(out.vertices.vertices(), vertices(big, small)) << most;
         EXPECT_EQ(out.mesh.indices.size(), 5 * 24 * size_t((1 << 2 * big) + (1 << 2 * small)));
         EXPECT_EQ(journal.entries().size(), big < 4 ? 1u : 0u);

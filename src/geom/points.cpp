@@ -1,4 +1,5 @@
-// Points to small spheres, disks and squares; or to blobs.
+// Points to balls, spheres of triangles, disks and squares; or to blobs. Small spheres are balls, one vertex
+// each, which the ray tracer rounds; large ones show what varies across them.
 #include <map>
 
 #include "base/tasks.h"
@@ -12,6 +13,7 @@ constexpr int Levels = 7;
 // on the mean, from where that is most, half of what chords may be off by. (Of a ball of radius one the
 // outlines of the levels are off by 0.144, 0.0511, 0.0136, 0.00316, 0.000756 and 0.000164.)
 constexpr float LevelRadius[Levels] = {0.85f, 2.4f, 9, 39, 160, 750, 1e30f};
+constexpr float Wide = 2;           // micropolygon edges: wider spheres are surfaces, as curves are
 constexpr float UsualChord = 0.25f; // pixels; where chords may be off by less, spheres count as larger
 
 struct Ball {
@@ -146,8 +148,8 @@ class PointsMesher {
     // `normals`: null = shapes face the camera. `first`: decides the refinement.
     PointsMesher(const scene::Primitive& primitive, ControlPoints points, const Transform& m,
                  const Viewpoint& view, const Primvars& primvars, const Primvar* normals, Kind kind,
-                 const scene::Primitive* first)
-        : m_view(view), m_primvars(primvars), m_normals(normals), m_kind(kind),
+                 bool polygons, const scene::Primitive* first)
+        : m_view(view), m_primvars(primvars), m_normals(normals), m_kind(kind), m_polygons(polygons),
           // What faces the camera has none to face where it is instanced.
           m_flat((kind == Kind::Disk || kind == Kind::Square) && (normals || view.has_camera())),
           m_points(std::move(points)), m_first_points(first ? control_points(*first, m) : ControlPoints{}),
@@ -161,6 +163,8 @@ class PointsMesher {
     bool choose_levels(const Location& where, Journal& journal) {
         const size_t n = m_points.size();
         size_levels(where, journal);
+        if (m_balls_only)
+            return number_balls();
         m_first_vertex.assign(n + 1, 0);
         m_first_index.assign(n + 1, 0);
         int finest = Levels - 1;
@@ -184,7 +188,10 @@ class PointsMesher {
     void fill(MeshParts& out) const {
         const size_t n = m_points.size();
         allocate_mesh(out, m_first_vertex[n], m_primvars);
+        if (m_balls_only)
+            return fill_balls(out);
         out.mesh.indices.resize(m_first_index[n]);
+        out.mesh.around = m_kind == Kind::Sphere; // one layer, as a ball
         tasks::parallel_chunks(n, 1024, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
                 if (m_level[i] >= 0)
@@ -203,6 +210,7 @@ class PointsMesher {
         const float finer = std::max(1.0f, UsualChord / m_view.chord_pixels());
         const bool own_widths = has_widths(m_first_widths);
         Dropped dropped;
+        size_t wide = 0, all = 0;
         m_level.assign(n, -1);
         for (size_t i = 0; i < n; i++) {
             const float radius = 0.5f * m_first_widths.at(own_widths ? i : 0);
@@ -213,9 +221,58 @@ class PointsMesher {
                 m_level[i] = int8_t(
                     std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
                     LevelRadius);
+                const Vec3f across = side_of(m_view.towards_camera(m_sized[i])) * (2 * radius);
+                wide += m_view.cells(m_sized[i], m_sized[i] + across) >= Wide, all++;
             }
         }
         dropped.report(n, "points", where, journal);
+        m_balls_only = m_kind == Kind::Sphere && !m_polygons && 2 * wide <= all;
+    }
+    static Vec3f side_of(const Vec3f& towards) {
+        return normalize(cross(towards, abs(towards.x) < abs(towards.y) ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0)));
+    }
+
+    bool number_balls() {
+        const size_t n = m_points.size();
+        m_first_vertex.assign(n + 1, 0);
+        for (size_t i = 0; i < n; i++)
+            m_first_vertex[i + 1] = m_first_vertex[i] + (m_level[i] < 0 ? 0 : 1);
+        return m_first_vertex[n] > 0;
+    }
+    // Shaders see the middle of the side that faces the camera, as of fibres.
+    void fill_balls(MeshParts& out) const {
+        const size_t n = m_points.size(), count = m_first_vertex[n];
+        out.mesh.vertices_per_face = 1;
+        out.mesh.balls = out.mesh.around = true;
+        out.mesh.indices.resize(count);
+        out.mesh.radius.resize(count);
+        tasks::parallel_chunks(n, 1024, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++)
+                if (m_level[i] >= 0)
+                    add_ball(i, out);
+        });
+    }
+    void add_ball(size_t i, MeshParts& out) const {
+        grid::Grid& g = out.vertices;
+        const size_t v = m_first_vertex[i];
+        const float radius = 0.5f * m_widths.at(has_widths(m_widths) ? i : 0);
+        const Vec3f center = m_points.finite(i) ? m_points[i] : m_sized[i];
+        const Vec3f towards = m_view.has_camera() ? m_view.towards_camera(center) : Vec3f(0, 0, 1),
+                    side = side_of(towards), up = cross(towards, side);
+        out.mesh.indices[v] = uint32_t(v);
+        out.mesh.radius[v] = std::isfinite(radius) ? std::max(radius, 0.0f) : 0;
+        for (int c = 0; c < 3; c++) {
+            const size_t at = v + size_t(c) * g.stride;
+            g.P[at] = center[c];
+            g.N[at] = g.Ng[at] = towards[c];
+            g.dPdu[at] = side[c] * (2 * radius), g.dPdv[at] = up[c] * (2 * radius);
+        }
+        fill_primvars(i, v, g);
+    }
+    void fill_primvars(size_t i, size_t v, grid::Grid& g) const {
+        for (const Primvar& primvar : m_primvars.list)
+            for (int c = 0; c < primvar.components; c++)
+                primvar.destination(g, c)[v] = primvar(primvar.detail == scene::Detail::Uniform ? 0 : i, c);
     }
 
     bool has_widths(const Widths& widths) const {
@@ -271,10 +328,7 @@ class PointsMesher {
                 g.u[v] = g.s[v] = 0.5f + 0.5f * d.x;
                 g.v[v] = g.t[v] = 0.5f - 0.5f * d.y; // from the top, as pictures are
             }
-            for (const Primvar& primvar : m_primvars.list)
-                for (int c = 0; c < primvar.components; c++)
-                    primvar.destination(g, c)[v] =
-                        primvar(primvar.detail == scene::Detail::Uniform ? 0 : i, c);
+            fill_primvars(i, v, g);
         }
         for (size_t k = 0; k < ball.triangles.size(); k++)
             out.mesh.indices[m_first_index[i] + k] = uint32_t(m_first_vertex[i] + ball.triangles[k]);
@@ -284,6 +338,8 @@ class PointsMesher {
     const Primvars& m_primvars;
     const Primvar* m_normals;
     const Kind m_kind;
+    const bool m_polygons;
+    bool m_balls_only = false;
     const bool m_flat;
     const ControlPoints m_points, m_first_points;
     const ControlPoints& m_sized; // what decides the refinement
@@ -297,7 +353,7 @@ class PointsMesher {
 } // namespace
 
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
-                      Journal& journal, MeshParts& out, const scene::Primitive* first) {
+                      bool polygons, Journal& journal, MeshParts& out, const scene::Primitive* first) {
     ControlPoints points = control_points(primitive, m);
     const size_t n = points.size();
     const Primvars primvars = collect_primvars(primitive, m, {1, n, n, n}, journal);
@@ -308,7 +364,7 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
     const Kind kind = kind_of(primitive, normals, journal);
     if (kind == Kind::Blobs)
         return mesh_from_blobs(primitive, m, view, journal, out, first);
-    PointsMesher mesher(primitive, std::move(points), m, view, primvars, normals, kind, first);
+    PointsMesher mesher(primitive, std::move(points), m, view, primvars, normals, kind, polygons, first);
     if (!mesher.choose_levels(primitive.where, journal))
         return false;
     mesher.fill(out);

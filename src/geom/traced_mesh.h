@@ -49,9 +49,11 @@ void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh
 bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
                       const Viewpoint& view, bool polygons, Journal& journal, MeshParts& out,
                       const scene::Primitive* first = nullptr);
-// Spheres: octahedra, refined as their size in the picture asks; their mean silhouette has the sphere's area.
+// Spheres: balls, if most are small in the picture and nothing asks for `polygons`; else octahedra, refined
+// as their size asks, whose mean silhouette has the sphere's area. Disks, squares and blobs.
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
-                      Journal& journal, MeshParts& out, const scene::Primitive* first = nullptr);
+                      bool polygons, Journal& journal, MeshParts& out,
+                      const scene::Primitive* first = nullptr);
 
 // Implicit surfaces, at one cell a micropolygon, smaller where chords would leave the tolerance. False also
 // for a later shape: it has other cells.

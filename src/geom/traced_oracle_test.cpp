@@ -213,7 +213,7 @@ TEST(PointOracles, AreasAreThoseOfCircles) {
             eye.pixels = 4 * pixels; // of the first one's radius
             MeshParts out;
             Journal journal;
-            ASSERT_TRUE(mesh_from_points(p, {}, eye, journal, out));
+            ASSERT_TRUE(mesh_from_points(p, {}, eye, true, journal, out));
             EXPECT_TRUE(journal.entries().empty());
             double area[2] = {};
             for (size_t k = 0; k < out.mesh.indices.size(); k += 3) {

@@ -81,7 +81,7 @@ void MeshPatches::list_faces() {
     if (!m_mesh.radius.empty()) {
         m_goes_on.assign(size_t(m_grid.vertices()), 0);
         for (const uint32_t v : m_mesh.indices)
-            m_goes_on[v] = 1;
+            m_goes_on[v] = !m_mesh.balls;
         return;
     }
     const size_t per = size_t(m_mesh.vertices_per_face), faces = m_mesh.indices.size() / per;

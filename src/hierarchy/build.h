@@ -38,6 +38,7 @@ struct FibreView {
     const uint32_t* first; // of each segment; one that has no second vertex is left out
     size_t segments;
     const float* later = nullptr; // as of GridView
+    bool balls = false;           // segments end where they begin: each is a ball
 };
 
 // All of it stands still, or all changes.

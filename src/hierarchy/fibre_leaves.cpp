@@ -92,11 +92,11 @@ size_t FibreLeaves::fibre_of(uint32_t segment) const {
 }
 
 bool FibreLeaves::find(const FibreView& fibre, size_t segment, int end, Segment& to) {
-    const size_t first = fibre.first[segment];
-    if (first + 1 >= fibre.count)
+    const size_t first = fibre.first[segment], last = first + (fibre.balls ? 0 : 1);
+    if (last >= fibre.count)
         return false;
     for (size_t e = 0; e < 2; e++) {
-        const float* p = (end == 0 ? fibre.vertices : fibre.later) + 4 * (first + e);
+        const float* p = (end == 0 ? fibre.vertices : fibre.later) + 4 * (e == 0 ? first : last);
         to.end[e] = {p[0], p[1], p[2]}, to.radius[e] = p[3];
         if (!is_somewhere(to.end[e]) || !(abs(p[3]) < LargestCoordinate))
             return false;

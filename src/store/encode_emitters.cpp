@@ -194,12 +194,14 @@ class EmitterEncoder {
     // one.
     void encode_shining_fibre() {
         for (const uint32_t i : m_out.indices) {
-            const float* p = m_out.positions.data() + size_t(i) * 4;
-            const Vec3f begin(p[0], p[1], p[2]), end(p[4], p[5], p[6]);
-            const int vertex[] = {int(i), int(i) + 1};
+            const uint32_t last = end_of_segment(m_out.shape, i);
+            const float *p = m_out.positions.data() + size_t(i) * 4,
+                        *q = m_out.positions.data() + size_t(last) * 4;
+            const Vec3f begin(p[0], p[1], p[2]), end(q[0], q[1], q[2]);
+            const int vertex[] = {int(i), int(last)};
             add_emitter({begin, end, begin}, vertex);
             Emitter& e = m_out.emitters.back();
-            e.area = Pi * (p[3] + p[7]) * length(end - begin);
+            e.area = last == i ? 4 * Pi * p[3] * p[3] : Pi * (p[3] + q[3]) * length(end - begin);
             e.power = 0;
         }
     }

@@ -40,7 +40,8 @@ void encode_geometry(const ShadedGrid& shaded, const grid::LayeringProgram& prog
         const grid::TracedMesh& mesh = *shaded.mesh;
         const bool fibre = !mesh.radius.empty();
         s.flags |= ShapeRecord::Mesh | (mesh.vertices_per_face == 4 ? ShapeRecord::Quads : 0) |
-                   (fibre ? ShapeRecord::Fibre : 0) | (mesh.of_grids ? ShapeRecord::OfGrids : 0) |
+                   (fibre ? ShapeRecord::Fibre : 0) | (mesh.balls ? ShapeRecord::Balls : 0) |
+                   (mesh.of_grids ? ShapeRecord::OfGrids : 0) |
                    (mesh.around && program.is_layer() ? ShapeRecord::Layer : 0);
         s.mu = grid.vertices();
         s.mv = int(mesh.indices.size() / mesh.vertices_per_face);

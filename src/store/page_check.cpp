@@ -100,9 +100,13 @@ class ShapeCheck {
             return true;
         if (!Part{m_h.indices_at, m_h.emitters_at}.holds(m_s.indices, count))
             return false;
-        // A fibre's segment ends at the vertex after.
-        const uint64_t end = uint64_t(m_s.mu) - (fibre && m_s.mu > 0 ? 1 : 0);
+        // A fibre's segment ends at the vertex after. Balls are the vertices, for whoever has no index of
+        // them.
+        const bool balls = m_s.flags & ShapeRecord::Balls;
+        const uint64_t end = uint64_t(m_s.mu) - (fibre && !balls && m_s.mu > 0 ? 1 : 0);
         const uint32_t* index = m_page.words.data() + m_s.indices;
+        if (balls && (!fibre || m_s.mv != m_s.mu))
+            return false;
         return std::all_of(index, index + count, [&](uint32_t i) { return i < end; });
     }
 

@@ -242,7 +242,7 @@ float Store::number(grid::WordLayout::Place place, int shape, int prim, float u,
         if (s.flags & ShapeRecord::Fibre) {
             const int first = int(words[s.indices + prim]);
             const float f = u >= 0 ? std::min(u, 1.0f) : 0; // not a number on a ball
-            return at(first) + (at(first + 1) - at(first)) * f;
+            return at(first) + (at(int(end_of_segment(s, uint32_t(first)))) - at(first)) * f;
         }
         const uint32_t* index = words + s.indices + prim * (quads ? 4 : 3);
         if (!quads)

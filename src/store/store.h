@@ -41,7 +41,8 @@ struct ShapeRecord {
         Layer = 256,     // rays that come from the inside do not meet it
         Rounded = 512,   // its facets stand for a curved surface, which its normals tell of
         Tinted = 1024,   // not all colours are stopped alike: LayeringProgram::opacity
-        OfGrids = 2048   // a mesh that is cut out of grids: its vertices are theirs
+        OfGrids = 2048,  // a mesh that is cut out of grids: its vertices are theirs
+        Balls = 4096     // a fibre whose segments end where they begin: the i-th is vertex i
     };
     int32_t flags;
     int32_t program;    // index into Store::programs
@@ -62,6 +63,10 @@ struct ShapeRecord {
     int32_t motion_stride; // words from a position to where it is a step later
 };
 static_assert(sizeof(ShapeRecord) == 64);
+// The vertex that a segment of a fibre ends at.
+inline uint32_t end_of_segment(const ShapeRecord& s, uint32_t first) {
+    return s.flags & ShapeRecord::Balls ? first : first + 1;
+}
 inline constexpr int ShapeWords = sizeof(ShapeRecord) / 4;
 
 // Triangles of a shape that emits: two a cell or quad.
@@ -222,10 +227,10 @@ class Store {
     const std::vector<Links>& links() const { return m_links; } // 0 = the default
     const Links& links_of(int shape) const { return m_links[size_t(m_shapes[size_t(shape)].links)]; }
     const std::vector<ShapeRecord>& shapes() const { return m_shapes; }
-    // Gives the traced vertices of a still shape, no fibre, new places: to(place). Emitters go along and keep
-    // their power. Thread safety: for different shapes at the same time.
+    // Gives the traced vertices of a shape, no fibre, new places at all times: to(place). Emitters go along
+    // and keep their power. Thread safety: for different shapes at the same time.
     void move_vertices(int shape, const std::function<Vec3f(const Vec3f&)>& to);
-    // Those of a still fibre with their radii: move(place and radius). What it emits stays where it was,
+    // Those of a fibre with their radii: move(place and radius). What it emits stays where it was,
     // since no place on it is ever chosen.
     void move_fibre(int shape, const std::function<void(float*)>& move);
     const LargeVector<Emitter>& emitters() const { return m_emitters; }

@@ -143,6 +143,58 @@ TEST(Fibres, MoveThereAndBack) {
     }
 }
 
+// ---- balls
+
+// One ball that fills the picture from side to side.
+void add_ball(TestScene& s, const std::vector<Lobe>& lobes) {
+    grid::Grid g;
+    g.allocate(0, 0);
+    g.P[2 * size_t(g.stride)] = Far;
+    g.N[2 * size_t(g.stride)] = -1;
+    grid::TracedMesh mesh;
+    mesh.vertices_per_face = 1;
+    mesh.around = mesh.balls = true;
+    mesh.radius = {Radius};
+    mesh.indices = {0};
+    std::vector<Vec3f> values;
+    const auto program = make_program(lobes, values);
+    grid::VertexInputs in;
+    in.stride = g.stride;
+    for (const Vec3f& v : values)
+        in.slots.push_back({true, v, {}});
+    s.add({&g, nullptr, &mesh, &in}, program);
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, Radius / Far, Size, Size);
+}
+
+// Flux of a matte ball towards the viewer, lit from an angle: Lambert's law for spheres (Russell 1916, "On
+// the albedo of the planets and their satellites"). Of the square picture the ball is pi / 4.
+TEST(Balls, AreLitAsSpheres) {
+    for (const int degrees : {0, 40, 90, 140}) {
+        TestScene s;
+        add_ball(s, {matte(Rgb(0.6f))});
+        s.inputs.lights = {sun(degrees)};
+        s.inputs.max_depth = 1;
+        s.finish();
+        const double a = degrees * double(Pi) / 180, phase = (std::sin(a) + (Pi - a) * std::cos(a)) / Pi,
+                     expected = 0.6 * InvPi * (2.0 / 3) * phase * Pi / 4;
+        EXPECT_NEAR(mean(s), expected, 0.01 * expected + 1e-4) << degrees;
+        EXPECT_EQ(mean(s, 1), mean(s, 8));
+    }
+}
+
+TEST(Balls, Furnace) {
+    for (const Lobe& lobe : {matte(Rgb(1)), glass(0), metal(0)})
+        for (const bool instanced : {false, true}) {
+            TestScene s;
+            add_ball(s, {lobe});
+            s.inputs.lights = {constant_sky(Rgb(1))};
+            s.inputs.max_depth = 64;
+            s.finish(instanced ? 0 : -1, Transform::scale(-1.3, 0.9, 1.2));
+            EXPECT_NEAR(mean(s), 1, 0.005) << instanced << int(lobe.id);
+            EXPECT_EQ(s.nan_samples, 0u);
+        }
+}
+
 // ---- between vertices
 
 // A square of one cell with the value of an input at its corners.

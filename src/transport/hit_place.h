@@ -158,12 +158,13 @@ struct HitPlace {
         using I = Int<W>;
         const F zero(0.0f), one(1.0f);
         const I first = gather(page_words, select(fibre, s.indices + prim, I(0)));
+        const I last = select(s.has(store::ShapeRecord::Balls), first, first + I(1));
         const F f = select(u >= zero, min(u, one), zero); // not a number on a ball
         anchor = select(fibre, first, anchor);
         other[0] = select(fibre, first, other[0]), other[1] = select(fibre, first, other[1]);
         triangle = select(fibre, prim, triangle);
         for (int k = 0; k < 4; k++) {
-            vertex[k] = select(fibre, k == 0 ? first : first + I(1), vertex[k]);
+            vertex[k] = select(fibre, k == 0 ? first : last, vertex[k]);
             weight[k] = select(fibre, k == 0 ? one - f : k == 1 ? f : zero, weight[k]);
         }
     }

@@ -87,7 +87,7 @@ struct SurfaceHit {
         if (!code.transmits && any(shape.has(store::ShapeRecord::Rounded)))
             rise(at);
         if (code.has_tangent)
-            along_tangent(tangent(at, fibre, e1));
+            along_tangent(tangent(at, fibre & !shape.has(store::ShapeRecord::Balls), e1));
         else
             coordinate_frame(N, T, B);
         if (at.scene.media.tracked)
@@ -142,9 +142,11 @@ struct SurfaceHit {
         const F f = select(moves, motion.f, F(0.0f));
         V p[2];
         F radius[2], size(0.0f);
+        const I to_end = select(shape.has(store::ShapeRecord::Balls), I(0), I(4));
         for (int k = 0; k < 2; k++) {
-            const auto a = load_rows<4>(code.page_floats(), first + I(4 * k)),
-                       b = load_rows<4>(code.page_floats(), next + I(4 * k));
+            const I row = k == 0 ? I(0) : to_end;
+            const auto a = load_rows<4>(code.page_floats(), first + row),
+                       b = load_rows<4>(code.page_floats(), next + row);
             for (size_t c = 0; c < 3; c++)
                 p[k][int(c)] = a[c] + (b[c] - a[c]) * f;
             radius[k] = a[3] + (b[3] - a[3]) * f;
