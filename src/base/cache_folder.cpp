@@ -21,10 +21,15 @@ std::string cache_folder(const char* variable, const std::string& name) {
 }
 
 std::vector<CachedFile> cached_files(const std::string& folder, std::string_view suffix) {
+    return cached_files(folder, std::span(&suffix, 1));
+}
+
+std::vector<CachedFile> cached_files(const std::string& folder, std::span<const std::string_view> suffixes) {
     std::vector<CachedFile> files;
     std::error_code failed;
     for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
-        if (!it->path().filename().string().ends_with(suffix))
+        const std::string name = it->path().filename().string();
+        if (std::ranges::none_of(suffixes, [&](std::string_view suffix) { return name.ends_with(suffix); }))
             continue;
         std::error_code gone; // by another process, in the meantime
         CachedFile file{it->path(), it->last_write_time(gone), 0};
@@ -54,13 +59,21 @@ std::string unfinished_name(const std::string& path, std::string_view suffix) {
 }
 
 uint64_t trim_cache(const std::string& folder, const CacheKind& kind, uint64_t most_bytes) {
+    return trim_cache(folder, std::span(&kind, 1), most_bytes);
+}
+
+uint64_t trim_cache(const std::string& folder, std::span<const CacheKind> kinds, uint64_t most_bytes) {
     uint64_t removed = 0, total = 0;
     std::error_code failed;
     const auto now = fs::file_time_type::clock::now();
-    for (const CachedFile& file : cached_files(folder, kind.unfinished_suffix))
-        if (now - file.used > kind.abandoned) // else it may be somebody's who is at work
-            removed += fs::remove(file.path, failed);
-    const std::vector<CachedFile> files = cached_files(folder, kind.suffix);
+    std::vector<std::string_view> suffixes;
+    for (const CacheKind& kind : kinds) {
+        suffixes.push_back(kind.suffix);
+        for (const CachedFile& file : cached_files(folder, kind.unfinished_suffix))
+            if (now - file.used > kind.abandoned) // else it may be somebody's who is at work
+                removed += fs::remove(file.path, failed);
+    }
+    const std::vector<CachedFile> files = cached_files(folder, suffixes);
     for (const CachedFile& file : files)
         total += file.bytes;
     for (const CachedFile& file : files) {

@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kanuka {
@@ -21,6 +23,7 @@ struct CachedFile {
 
 // Files of a folder whose names end so, those used longest ago first.
 std::vector<CachedFile> cached_files(const std::string& folder, std::string_view suffix);
+std::vector<CachedFile> cached_files(const std::string& folder, std::span<const std::string_view> suffixes);
 
 // Use is noted to a minute: each note is a message to the file server.
 void note_use(const std::string& path);
@@ -34,8 +37,9 @@ struct CacheKind {
     std::chrono::seconds abandoned; // an unfinished file of this age was left by a process that died
 };
 
-// Removes what was abandoned, then those used longest ago until the others have at most `most_bytes`. Returns
-// the number of files removed.
+// Removes what was abandoned, then those used longest ago until the others have at most `most_bytes`, of all
+// kinds together. Returns the number of files removed.
+uint64_t trim_cache(const std::string& folder, std::span<const CacheKind> kinds, uint64_t most_bytes);
 uint64_t trim_cache(const std::string& folder, const CacheKind& kind, uint64_t most_bytes);
 // The same at a process's first file in a folder, then whenever it has written a sixteenth of the limit: to
 // read a folder over a network is slow.

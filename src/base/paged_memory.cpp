@@ -135,6 +135,15 @@ class Pager {
         m_any = true;
         return p;
     }
+    bool adopt(void* p, size_t bytes) {
+        if (m_bound == 0)
+            return false;
+        const std::lock_guard lock(m_mutex);
+        m_regions.emplace(static_cast<char*>(p),
+                          Region{.bytes = bytes, .room = bytes, .file = -1, .adopted = true});
+        m_any = true;
+        return true;
+    }
     bool make_room(void* p, size_t bytes) {
         const std::lock_guard lock(m_mutex);
         Region& region = m_regions.at(static_cast<char*>(p));
@@ -187,6 +196,7 @@ class Pager {
     struct Region {
         size_t bytes, room; // addresses, and those of them that may be used
         int file;
+        bool adopted = false; // somebody's file
     };
 
     // Written pages need room: a full disk would end the process at the write.
@@ -206,7 +216,8 @@ class Pager {
         m_counts.why = why;
     }
     void drop(Region& region) {
-        m_counts.bytes -= region.room;
+        if (!region.adopted)
+            m_counts.bytes -= region.room;
         if (region.file >= 0)
             close(region.file);
     }
@@ -300,6 +311,9 @@ bool make_room(void* p, size_t bytes) {
 }
 void keep_within_bound() {
     Pager::get().keep_within_bound();
+}
+bool adopt(void* p, size_t bytes) {
+    return Pager::get().adopt(p, bytes);
 }
 bool release(void* p) {
     return Pager::get().release(p);

@@ -38,6 +38,9 @@ void* allocate(size_t bytes);
 void* reserve(size_t bytes);
 // Room on the disk for the first so many bytes of what was reserved. False: the disk is full.
 bool make_room(void* p, size_t bytes);
+// A file that is mapped to be read: while a bound holds, it too is given back, and brought again from where
+// it lies. False: no bound holds. What was adopted is unmapped by release().
+bool adopt(void* p, size_t bytes);
 // False: it is none of these.
 bool release(void* p);
 

@@ -6,10 +6,12 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 #include <vector>
 
 #include "base/error.h"
 #include "base/large_pages.h"
+#include "base/mapped_file.h"
 #include "base/tasks.h"
 
 namespace kanuka {
@@ -94,6 +96,45 @@ TEST(PagedMemory, OutlivesItsBound) {
     words.push_back(8); // grows into memory that stays
     EXPECT_EQ(words[3 * MB], 7u);
     EXPECT_LT(paged_memory::counts().bytes, bytes);
+}
+
+// A file that is mapped counts with the rest, and comes again when it has no name any more.
+TEST(PagedMemory, MappedFilesComeAndGo) {
+    std::string path = (std::filesystem::path("/var/tmp") / "kanuka-mapped-XXXXXX").string();
+    const int handle = mkstemp(path.data());
+    ASSERT_GE(handle, 0);
+    std::vector<uint64_t> words(MB / 8);
+    for (uint64_t m = 0; m < 128; m++) {
+        for (size_t i = 0; i < words.size(); i++)
+            words[i] = (m * words.size() + i) * 0x9e3779b97f4a7c15;
+        ASSERT_EQ(write(handle, words.data(), MB), ssize_t(MB));
+    }
+    const uint64_t bound = resident() + 64 * MB;
+    const paged_memory::Counts before = paged_memory::counts();
+    {
+        const paged_memory::Hold hold({bound, {}});
+        const MappedFile mapped(handle, 128 * MB);
+        ASSERT_EQ(mapped.bytes().size(), 128 * MB);
+        EXPECT_EQ(paged_memory::counts().bytes, before.bytes); // it needs no room on the disk
+        std::filesystem::remove(path);
+        close(handle);
+        const uint64_t* const found = reinterpret_cast<const uint64_t*>(mapped.bytes().data());
+        uint64_t most = 0, wrong = 0;
+        for (int round = 0; round < 3; round++)
+            for (size_t i = 0; i < 16 * MB; i++) {
+                wrong += found[i] != i * 0x9e3779b97f4a7c15;
+                if (i % (MB / 8) == 0) {
+                    paged_memory::keep_within_bound();
+                    most = std::max(most, resident());
+                }
+            }
+        EXPECT_EQ(wrong, 0u);
+        EXPECT_LT(most, bound);
+        EXPECT_GT(paged_memory::counts().given_back - before.given_back, 128 * MB);
+    }
+    EXPECT_EQ(paged_memory::counts().bytes, before.bytes);
+    EXPECT_TRUE(MappedFile().empty());
+    EXPECT_TRUE(MappedFile(-1, 8).empty());
 }
 
 TEST(PagedMemory, ReservedSpaceNeedsRoom) {
