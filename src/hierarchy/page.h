@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/large_pages.h"
+#include "base/mapped_file.h"
 #include "base/vec.h"
 #include "hierarchy/format.h"
 
@@ -82,10 +83,14 @@ class PageMemory {
   public:
     PageMemory() = default;
     explicit PageMemory(size_t bytes) : m_lines((bytes + sizeof(Line) - 1) / sizeof(Line)) {}
-    std::byte* data() { return reinterpret_cast<std::byte*>(m_lines.data()); }
-    const std::byte* data() const { return reinterpret_cast<const std::byte*>(m_lines.data()); }
-    size_t size() const { return m_lines.size() * sizeof(Line); }
-    std::span<const std::byte> bytes() const { return {data(), size()}; }
+    // What lies in a file from byte `at` on, a multiple of 64.
+    PageMemory(MappedFile file, size_t at) : m_file(std::move(file)), m_at(at) {}
+    std::byte* data() { return reinterpret_cast<std::byte*>(m_lines.data()); } // of what it owns
+    const std::byte* data() const { return bytes().data(); }
+    size_t size() const { return bytes().size(); }
+    std::span<const std::byte> bytes() const {
+        return m_file.empty() ? std::as_bytes(std::span(m_lines)) : m_file.bytes().subspan(m_at);
+    }
     Page page() const { return Page(data()); }
 
   private:
@@ -93,6 +98,8 @@ class PageMemory {
         std::byte bytes[64];
     };
     LargeVector<Line> m_lines;
+    MappedFile m_file; // in place of those
+    size_t m_at = 0;
 };
 
 uint64_t checksum_of(std::span<const std::byte> page);
