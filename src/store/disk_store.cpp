@@ -1,14 +1,17 @@
 #include "store/disk_store.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <unistd.h>
+#include <utility>
 
 #include "base/build_id.h"
 #include "base/byte_size.h"
 #include "base/cache_folder.h"
+#include "store/hierarchy_files.h"
 #include "store/pack.h"
 #include "store/page_check.h"
 
@@ -17,6 +20,10 @@ namespace kanuka::store {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr auto Abandoned = std::chrono::hours(24);
+constexpr std::array<CacheKind, 2> Kinds{
+    {{PackSuffix, UnfinishedSuffix, Abandoned}, {HierarchySuffix, UnfinishedSuffix, Abandoned}}};
 
 bool before(const StoredPage& a, const StoredPage& b) {
     return a.content < b.content;
@@ -50,7 +57,8 @@ DiskStore::~DiskStore() {
 }
 
 void DiskStore::fail(const std::string& what) {
-    m_failed = true;
+    if (std::exchange(m_failed, true))
+        return;
     m_journal.warning({m_settings.folder}, "the store cannot be " +
                                                std::string(m_settings.writes ? "written" : "read") + " (" +
                                                what + "): the render goes on without it");
@@ -117,6 +125,14 @@ void DiskStore::tell_of_damage(PackReader& pack, const char* fault) {
         ::unlink(pack.path().c_str());
 }
 
+void DiskStore::tell_of_damaged_hierarchy(const std::string& path, const std::string& fault) {
+    m_journal.warning({path}, "a page of the hierarchy in the store is damaged (" + fault +
+                                  "): it is built again" +
+                                  (m_settings.writes ? ", and the file is removed" : ""));
+    if (m_settings.writes)
+        ::unlink(path.c_str());
+}
+
 void DiskStore::write(const StoredPage& stored, const Page& page) {
     if (!m_settings.writes || m_failed)
         return;
@@ -153,10 +169,18 @@ std::vector<PackInfo> packs_in(const std::string& folder, bool verify) {
         throw Error({folder}, "there is no such folder");
     const auto now = fs::file_time_type::clock::now();
     std::vector<PackInfo> packs;
-    for (const CachedFile& file : cached_files(folder, PackSuffix)) {
-        PackReader pack(file.path.string());
-        PackInfo info{.file = file.path.string(), .bytes = file.bytes};
+    const auto add = [&](PackInfo info, const CachedFile& file) {
+        info.bytes = file.bytes;
         info.age_s = std::chrono::duration<double>(now - file.used).count();
+        packs.push_back(std::move(info));
+    };
+    for (const CachedFile& file : cached_files(folder, std::array{Kinds[0].suffix, Kinds[1].suffix})) {
+        if (file.path.extension() == HierarchySuffix) {
+            add(hierarchy_file_info(file.path.string(), verify), file);
+            continue;
+        }
+        PackReader pack(file.path.string());
+        PackInfo info{.file = file.path.string()};
         info.of_this_build = !pack.problem() && pack.build() == digest_of(build_id());
         const std::vector<StoredPage> index = pack.problem() ? std::vector<StoredPage>() : pack.index();
         info.pages = index.size();
@@ -173,14 +197,14 @@ std::vector<PackInfo> packs_in(const std::string& folder, bool verify) {
                 info.problem =
                     "page " + std::to_string(i + 1) + " of " + std::to_string(index.size()) + ": " + fault;
         }
-        packs.push_back(std::move(info));
+        add(std::move(info), file);
     }
     std::ranges::reverse(packs);
     return packs;
 }
 
 uint64_t trim_store(const std::string& folder, uint64_t most_bytes) {
-    return trim_cache(folder, {PackSuffix, UnfinishedSuffix, std::chrono::hours(24)}, most_bytes);
+    return trim_cache(folder, Kinds, most_bytes);
 }
 
 // The new pack's path; empty: it stays as it is, since a page of it is damaged.

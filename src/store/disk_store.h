@@ -66,12 +66,17 @@ class DiskStore {
     // Ends the pack that is being written: others see it from now on, and so does find().
     void close();
 
+    // Of pages of the hierarchy, which have files of their own beside the packs (hierarchy_files.h).
+    void tell_of_damaged_hierarchy(const std::string& path, const std::string& fault);
+    // Tells that it cannot be used; nothing is written any more.
+    void fail(const std::string& what);
+    bool has_failed() const { return m_failed; }
+
     uint64_t bytes_read() const { return m_bytes_read; }
     uint64_t bytes_written() const { return m_bytes_written; }
 
   private:
     void add_pack(const std::string& path);
-    void fail(const std::string& what);
     void tell_of_damage(PackReader& pack, const char* fault);
 
     Settings m_settings;
@@ -89,16 +94,17 @@ class DiskStore {
 
 struct PackInfo {
     std::string file;
+    bool is_hierarchy = false; // a page of the ray tracer, which is no pack
     uint64_t bytes = 0, pages = 0, compressed_pages = 0;
     double age_s = 0; // since it was used last
     bool of_this_build = false;
     std::string problem; // empty = none that was looked for
 };
-// Packs of a folder, the one used last first. verify: every page is read. Throws Error where there is no such
-// folder.
+// Packs and pages of the hierarchy in a folder, what was used last first. verify: every page is read. Throws
+// Error where there is no such folder.
 std::vector<PackInfo> packs_in(const std::string& folder, bool verify);
-// Deletes packs that were not used for longest until no more than so many bytes are left, and what
-// interrupted renders left behind a day ago; returns how many files. 0 = all packs.
+// Deletes files that were not used for longest until no more than so many bytes are left, and what
+// interrupted renders left behind a day ago; returns how many. 0 = all.
 uint64_t trim_store(const std::string& folder, uint64_t most_bytes);
 
 // Writes packs of this build anew that were not used for so long, their pages compressed, and removes what

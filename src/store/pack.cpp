@@ -24,13 +24,6 @@ uint64_t checksum_of(const PackHeader& header, const std::vector<PackEntry>& ent
     return XXH3_64bits_withSeed(texts.data(), texts.size(), sum);
 }
 
-void put(const Digest& digest, uint64_t (&to)[2]) {
-    to[0] = digest.high, to[1] = digest.low;
-}
-Digest digest_in(const uint64_t (&from)[2]) {
-    return {from[0], from[1]};
-}
-
 } // namespace
 
 // ---- reading

@@ -40,6 +40,14 @@ struct PackFooter {
 static_assert(sizeof(PackHeader) == 64 && sizeof(PackEntry) == 80 && sizeof(PackFooter) == 40);
 inline constexpr uint64_t PageAlignmentOnDisk = 64; // bytes
 
+// Digests as they lie in files.
+inline void put(const Digest& digest, uint64_t (&to)[2]) {
+    to[0] = digest.high, to[1] = digest.low;
+}
+inline Digest digest_in(const uint64_t (&from)[2]) {
+    return {from[0], from[1]};
+}
+
 // Thread safety: read() and touch() may run at the same time.
 class PackReader {
   public:
