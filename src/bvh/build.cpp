@@ -302,7 +302,8 @@ Scene::Impl::~Impl() {
 
 Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build)
     : m_impl(std::make_unique<Impl>(store)) {
-    m_impl->pages = std::make_unique<PageScene>(store, groups, build.pages_from, build.page_bytes);
+    m_impl->pages =
+        std::make_unique<PageScene>(store, groups, build.pages_from, build.page_bytes, build.files);
     tasks::check_cancelled();
     m_impl->groups.resize(2 * groups.size());
     Builder(m_impl->device, store, *m_impl->pages, m_impl->groups, m_impl->bytes, std::move(build))
@@ -320,6 +321,10 @@ Bounds3f Scene::bounds() const {
 
 uint64_t Scene::bytes() const {
     return uint64_t(std::max<int64_t>(0, m_impl->bytes.load())) + m_impl->pages->bytes();
+}
+
+Scene::PageBytes Scene::page_bytes() const {
+    return m_impl->pages->bytes_of_shapes();
 }
 
 } // namespace kanuka::bvh

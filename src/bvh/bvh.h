@@ -20,6 +20,10 @@
 #include "bvh/watch.h"
 #include "store/store.h"
 
+namespace kanuka::store {
+class HierarchyFiles;
+}
+
 namespace kanuka::bvh {
 
 // What a group holds: a run of the store's shapes, and instances of groups with lower numbers.
@@ -131,7 +135,8 @@ class Scene {
         bool watertight = true; // no ray passes between polygons that share an edge; a fifth of the speed
         std::function<bool()> cancelled = {}; // asked on any thread while it is built
         PagesFrom pages_from = {};
-        uint64_t page_bytes = ~uint64_t(0); // the most of a page: for tests of groups that take several
+        uint64_t page_bytes = ~uint64_t(0);     // the most of a page: for tests of groups that take several
+        store::HierarchyFiles* files = nullptr; // where pages may lie that need not be built
     };
     // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.
     // Vertices of the store are moved to where pages have them.
@@ -168,6 +173,10 @@ class Scene {
 
     Bounds3f bounds() const;
     uint64_t bytes() const; // of the hierarchies, without the positions that they share with the store
+    struct PageBytes {
+        uint64_t built = 0, stored = 0; // stored: that came from files
+    };
+    PageBytes page_bytes() const; // of bytes(), pages of shapes
 
   private:
     template <int W>

@@ -5,102 +5,14 @@
 #include <map>
 
 #include "base/tasks.h"
+#include "bvh/kept_pages.h"
+#include "bvh/page_views.h"
 
 namespace kanuka::bvh {
 
 namespace {
 
 constexpr size_t ShapesATask = 64;
-
-bool is_mesh(const store::ShapeRecord& s) {
-    return s.flags & store::ShapeRecord::Mesh;
-}
-// Its vertices stand where those of grids do: a mesh that trim curves cut out of some meets the others.
-bool stands_with_grids(const store::ShapeRecord& s) {
-    return !is_mesh(s) || s.flags & store::ShapeRecord::OfGrids;
-}
-// Vertices as they are at a step of what changes, and at the next; null: it stands still.
-struct Vertices {
-    const float *now, *later;
-
-    Vertices(const store::Store& store, const store::ShapeRecord& s, int step)
-        : now(store.floats(s) + s.positions + ptrdiff_t(step) * s.motion_stride),
-          later(step < s.motion_segments ? now + s.motion_stride : nullptr) {}
-};
-bool is_fibre(const store::ShapeRecord& s) {
-    return s.flags & store::ShapeRecord::Fibre;
-}
-hierarchy::FibreView fibre_view(const store::Store& store, const store::ShapeRecord& s, int step) {
-    const Vertices vertices(store, s, step);
-    return {vertices.now, size_t(s.mu),   store.words(s) + s.indices,
-            size_t(s.mv), vertices.later, (s.flags & store::ShapeRecord::Balls) != 0};
-}
-hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s, int step) {
-    const Vertices vertices(store, s, step);
-    return {vertices.now,
-            size_t(s.mu),
-            store.words(s) + s.indices,
-            size_t(s.mv),
-            s.flags & store::ShapeRecord::Quads ? 4 : 3,
-            stands_with_grids(s),
-            vertices.later};
-}
-
-// Leaves of 4x4 cells would be mostly empty: eight triangles of any make better ones.
-bool has_few_cells(const store::ShapeRecord& s) {
-    const auto leaves = [](int cells) { return (int64_t(cells) + 3) / 4; };
-    return int64_t(s.mu) * s.mv * 10 < leaves(s.mu) * leaves(s.mv) * 16 * 3;
-}
-
-// A lamp that shines in a cone does so about the normals of its facets. Those of few cells are large, and
-// what a step of the lattice turns them by shows in how bright they are: their steps are so much finer.
-constexpr int LampSteps = 64;
-
-hierarchy::GridView grid_view(const store::Store& store, const store::ShapeRecord& s, int step) {
-    const int finer = std::max(s.nu / std::max(s.mu, 1), s.nv / std::max(s.mv, 1));
-    const bool lamp = s.emitter >= 0 && has_few_cells(s);
-    const Vertices vertices(store, s, step);
-    return {vertices.now, s.mu, s.mv, lamp ? finer * LampSteps : finer, vertices.later};
-}
-
-// Cells as quads. Grids of one size have the same corners.
-class CellCorners {
-  public:
-    hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s, int step) {
-        std::vector<uint32_t>& corners = m_of_size[{s.mu, s.mv}];
-        const uint32_t row = uint32_t(s.mu) + 1;
-        if (corners.empty())
-            for (uint32_t j = 0; j < uint32_t(s.mv); j++)
-                for (uint32_t k = j * row; k < j * row + uint32_t(s.mu); k++)
-                    corners.insert(corners.end(), {k, k + 1, k + row + 1, k + row});
-        const Vertices vertices(store, s, step);
-        return {vertices.now,
-                size_t(row) * size_t(s.mv + 1),
-                corners.data(),
-                size_t(s.mu) * size_t(s.mv),
-                4,
-                true,
-                vertices.later};
-    }
-
-  private:
-    std::map<std::pair<int, int>, std::vector<uint32_t>> m_of_size;
-};
-
-// Of what pages may have, 2 GiB each, at the most that a polygon or an instance takes.
-constexpr uint64_t MostBytes = uint64_t(1) << 31;
-constexpr uint64_t BytesACell = 24, BytesATriangle = 48, BytesASegment = 44, BytesAnInstance = 88,
-                   BytesAMovingOne = 152;
-
-uint64_t page_bytes(const store::ShapeRecord& s) {
-    const uint64_t ends = s.motion_segments > 0 ? 2 : 1;
-    if (is_fibre(s))
-        return ends * uint64_t(s.mv) * BytesASegment;
-    if (is_mesh(s))
-        return ends * 2 * uint64_t(s.mv) * BytesATriangle;
-    const uint64_t cells = uint64_t(s.mu) * uint64_t(s.mv);
-    return ends * (has_few_cells(s) ? 2 * cells * BytesATriangle : cells * BytesACell);
-}
 
 struct Reach { // of a group, from the world on by instances that bound no solids
     bool reached = false;
@@ -125,8 +37,8 @@ std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
 } // namespace
 
 PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& least,
-                     uint64_t most_bytes)
-    : m_store(store), m_most_bytes(std::min(most_bytes, MostBytes)), m_groups(groups.size()) {
+                     uint64_t most_bytes, store::HierarchyFiles* files)
+    : m_store(store), m_most_bytes(std::min(most_bytes, MostBytes)), m_files(files), m_groups(groups.size()) {
     if (groups.empty())
         return;
     const std::vector<Reach> reach = reach_of(groups);
@@ -249,29 +161,54 @@ void PageScene::Lattices::move(store::Store& store, int shape) const {
         shape, [&lattice](const Vec3f& p) { return hierarchy::is_somewhere(p) ? lattice.snap(p) : p; });
 }
 
+// Of shapes of the same number of intervals each: pages cut by their size.
+std::vector<std::vector<int>> PageScene::cut_into_pages(const store::Store& store,
+                                                        const Shapes& shapes) const {
+    std::map<int, std::vector<int>> by_intervals;
+    for (const std::vector<int>* list : {&shapes.surfaces, &shapes.fibres})
+        for (const int shape : *list)
+            by_intervals[store.shapes()[size_t(shape)].motion_segments].push_back(shape);
+    std::vector<std::vector<int>> pages;
+    for (const auto& [intervals, list] : by_intervals) {
+        uint64_t bytes = m_most_bytes;
+        for (const int shape : list) {
+            bytes += page_bytes(store.shapes()[size_t(shape)]);
+            if (bytes >= m_most_bytes) {
+                pages.emplace_back();
+                bytes = page_bytes(store.shapes()[size_t(shape)]);
+            }
+            pages.back().push_back(shape);
+        }
+    }
+    return pages;
+}
+
 // One lattice for all of a kind, and as many pages as they need: what changes has its own, by the number of
 // its intervals.
 void PageScene::build_owns(store::Store& store, size_t g, const Shapes& shapes) {
-    const Lattices lattices(store, shapes);
+    const std::vector<std::vector<int>> pages = cut_into_pages(store, shapes);
+    std::vector<KeptPages> kept(pages.size());
+    uint64_t bytes = 0;
+    for (const std::vector<int>& page : pages)
+        for (const int shape : page)
+            bytes += page_bytes(store.shapes()[size_t(shape)]);
+    const hierarchy::Lattices* voted = nullptr; // for already
+    if (m_files && m_files->is_worth_files(bytes)) {
+        const Digest group = digest_of_pages(store, pages);
+        for (size_t i = 0; i < pages.size(); i++) {
+            kept[i].find(*m_files, group, i, store, pages[i]);
+            if (kept[i].lattices())
+                voted = kept[i].lattices();
+        }
+    }
+    const Lattices lattices = voted ? Lattices(*voted) : Lattices(store, shapes);
     tasks::parallel_chunks(shapes.surfaces.size(), ShapesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++)
             lattices.move(store, shapes.surfaces[i]);
     });
     tasks::parallel_for(shapes.fibres.size(), [&](size_t i) { lattices.move(store, shapes.fibres[i]); });
-    std::map<int, std::vector<int>> by_intervals;
-    for (const std::vector<int>* list : {&shapes.surfaces, &shapes.fibres})
-        for (const int shape : *list)
-            by_intervals[store.shapes()[size_t(shape)].motion_segments].push_back(shape);
-    for (const auto& [intervals, list] : by_intervals)
-        for (size_t begin = 0, end; begin < list.size(); begin = end) {
-            uint64_t bytes = 0;
-            for (end = begin; end < list.size(); end++) {
-                bytes += page_bytes(store.shapes()[size_t(list[end])]);
-                if (bytes >= m_most_bytes && end > begin)
-                    break;
-            }
-            build_own(store, g, std::span(list).subspan(begin, end - begin), lattices);
-        }
+    for (size_t i = 0; i < pages.size(); i++)
+        build_own(store, g, pages[i], lattices, kept[i]);
 }
 
 void PageScene::Numbered::add(int shape, bool is_partly, size_t parts) {
@@ -306,12 +243,17 @@ PageScene::Own PageScene::number_shapes(const store::Store& store, std::span<con
 }
 
 void PageScene::build_own(const store::Store& store, size_t g, std::span<const int> shapes,
-                          const Lattices& lattices) {
+                          const Lattices& lattices, KeptPages& kept) {
     Own own = number_shapes(store, shapes);
     own.intervals = uint32_t(store.shapes()[size_t(shapes[0])].motion_segments);
     CellCorners corners;
     std::vector<hierarchy::PageMemory> pages;
     for (int step = 0; step < std::max(int(own.intervals), 1); step++) {
+        if (std::optional<hierarchy::PageMemory> page = kept.take(size_t(step))) {
+            m_page_bytes.stored += page->size();
+            pages.push_back(std::move(*page));
+            continue;
+        }
         std::vector<hierarchy::GridView> grids;
         std::vector<hierarchy::MeshView> meshes;
         std::vector<hierarchy::FibreView> fibres;
@@ -324,6 +266,9 @@ void PageScene::build_own(const store::Store& store, size_t g, std::span<const i
         for (const int shape : own.fibres.shapes)
             fibres.push_back(fibre_view(store, store.shapes()[size_t(shape)], step));
         pages.push_back(hierarchy::build({grids, meshes, false, fibres}, lattices));
+        if (pages.back().page().header().root != hierarchy::NoRef)
+            kept.keep(size_t(step), pages.back(), lattices);
+        m_page_bytes.built += pages.back().size();
     }
     const auto is_nowhere = [](const hierarchy::PageMemory& m) {
         return m.page().header().root == hierarchy::NoRef;

@@ -5,6 +5,7 @@
 
 #include <array>
 
+#include "bvh/bvh.h"
 #include "bvh/matrix.h"
 #include "bvh/presence.h"
 #include "hierarchy/build.h"
@@ -13,13 +14,16 @@
 
 namespace kanuka::bvh {
 
+class KeptPages;
+
 class PageScene {
   public:
     // Groups that have less than `least` are left out. Vertices are moved to where pages have them, in the
     // store too. In parallel; the same bytes for any number of threads. `most_bytes`: of a page, but for a
-    // single shape; less than what pages may have for tests of groups that take several.
+    // single shape; less than what pages may have for tests of groups that take several. `files`: what lies
+    // there is not built; null = none.
     PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& least,
-              uint64_t most_bytes = ~uint64_t(0));
+              uint64_t most_bytes = ~uint64_t(0), store::HierarchyFiles* files = nullptr);
     PageScene(const PageScene&) = delete;
 
     bool empty() const { return m_root == None; }
@@ -30,6 +34,7 @@ class PageScene {
     }
     Bounds3f bounds() const;
     uint64_t bytes() const;
+    Scene::PageBytes bytes_of_shapes() const { return m_page_bytes; }
 
     // The closest hits of the rays of all packets; `hits` are the closest so far.
     template <int W>
@@ -85,6 +90,7 @@ class PageScene {
         bool empty() const { return surfaces.empty() && fibres.empty(); }
     };
     struct Lattices : hierarchy::Lattices { // of a group
+        explicit Lattices(const hierarchy::Lattices& of) : hierarchy::Lattices(of) {}
         Lattices(const store::Store& store, const Shapes& shapes);
         void move(store::Store& store, int shape) const;
     };
@@ -114,9 +120,10 @@ class PageScene {
     Shapes choose(const store::Store& store, const GroupDesc& desc, Group& group, const PagesFrom& least,
                   uint64_t place_bytes) const;
     void build_owns(store::Store& store, size_t g, const Shapes& shapes);
+    std::vector<std::vector<int>> cut_into_pages(const store::Store& store, const Shapes& shapes) const;
     // All of the same number of intervals.
-    void build_own(const store::Store& store, size_t g, std::span<const int> shapes,
-                   const Lattices& lattices);
+    void build_own(const store::Store& store, size_t g, std::span<const int> shapes, const Lattices& lattices,
+                   KeptPages& kept);
     Own number_shapes(const store::Store& store, std::span<const int> shapes);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
     uint32_t interval_of(const hierarchy::Page& page) const; // of time, that what changes has the page for
@@ -126,6 +133,8 @@ class PageScene {
 
     const store::Store& m_store;
     uint64_t m_most_bytes;
+    store::HierarchyFiles* m_files;
+    Scene::PageBytes m_page_bytes;
     std::vector<Group> m_groups;
     std::vector<Owner> m_owner_of_page; // by number; of levels none
     std::vector<hierarchy::PageMemory> m_memory;

@@ -17,7 +17,7 @@ void put(Digester& d, const MeshView& mesh) {
 }
 
 void put(Digester& d, const FibreView& fibre) {
-    d('f', uint64_t(fibre.count), uint64_t(fibre.segments));
+    d('f', uint64_t(fibre.count), uint64_t(fibre.segments), fibre.balls);
     d.bytes(fibre.vertices, sizeof(float) * 4 * fibre.count);
     d.bytes(fibre.first, sizeof(uint32_t) * fibre.segments);
 }
