@@ -38,6 +38,7 @@ struct Stats {
     struct Bytes {
         uint64_t grids = 0, lobe_inputs = 0, bvh = 0, textures = 0, peak_rss = 0, store_read = 0,
                  store_written = 0, scratch = 0, given_back = 0; // the last two: base/paged_memory.h
+        uint64_t hierarchy_built = 0, hierarchy_stored = 0;      // pages of our own, of `bvh`
     } bytes;
 };
 

@@ -247,6 +247,8 @@ nb::object stats_dict(const Picture& p) {
     bytes["grids"] = s.bytes.grids;
     bytes["lobe_inputs"] = s.bytes.lobe_inputs;
     bytes["bvh"] = s.bytes.bvh;
+    bytes["hierarchy_built"] = s.bytes.hierarchy_built;
+    bytes["hierarchy_stored"] = s.bytes.hierarchy_stored;
     bytes["textures"] = s.bytes.textures;
     bytes["store_read"] = s.bytes.store_read;
     bytes["store_written"] = s.bytes.store_written;

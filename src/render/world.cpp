@@ -4,6 +4,7 @@
 
 #include "bvh/nesting.h"
 #include "scene/digest.h"
+#include "store/hierarchy_files.h"
 
 namespace kanuka::render {
 
@@ -214,6 +215,8 @@ void World::build_bvh() {
         m_job.pages_from.segments, m_job.memory_budget.bytes > 0, m_kept->of_color);
     for (const bvh::Scene::Plane& p : m_clips)
         key(p.point, p.normal);
+    // Each edit of a session makes another hierarchy, of all that is in a group: too much to be written.
+    const bool is_first = m_kept->of_bvh == Digest();
     m_of_bvh = key.digest();
     if (!m_on_demand && m_kept->bvh && m_kept->of_bvh == m_of_bvh) {
         m_geometry = std::move(m_kept->geometry);
@@ -225,13 +228,19 @@ void World::build_bvh() {
         bound_nesting();
         number_emitters();
         m_bvh.reset();
+        std::optional<store::HierarchyFiles> files;
+        if (m_disk && !m_on_demand) // what rays have met is another world every time
+            files.emplace(*m_disk, store::HierarchyFiles::How{.writes = is_first});
         m_bvh = std::make_unique<bvh::Scene>(
             m_geometry->store, m_geometry->groups,
             bvh::Scene::Build{.compact = m_job.stats->count.traced_polygons > 1000000,
                               .watertight = m_job.options.watertight,
                               .cancelled = m_job.progress->cancelled,
-                              .pages_from = m_job.pages_from});
+                              .pages_from = m_job.pages_from,
+                              .files = files ? &*files : nullptr});
         m_bvh->clip(m_clips, times);
+        m_job.stats->bytes.hierarchy_built = m_bvh->page_bytes().built;
+        m_job.stats->bytes.hierarchy_stored = m_bvh->page_bytes().stored;
     }
     m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
     m_job.stats->bytes.bvh = m_bvh->bytes();
