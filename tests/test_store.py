@@ -371,7 +371,7 @@ def test_the_command(tmp_path: Path) -> None:
     about = json.loads(run("store", "info", "--json", KANUKA_STORE=str(store)))
     assert [pack["pages"] for pack in about["packs"]] == [200]
     assert about["packs"][0]["of_this_build"] is True
-    assert "0 of 1 packs broken" in run("store", "verify", str(store))
+    assert "0 of 1 files broken" in run("store", "verify", str(store))
     (pack,) = packs(store)
     damaged = bytearray(pack.read_bytes())
     damaged[len(damaged) // 2] ^= 1

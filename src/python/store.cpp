@@ -21,6 +21,7 @@ void bind_store(nb::module_& m) {
             for (const store::PackInfo& pack : packs) {
                 nb::dict entry;
                 entry["file"] = pack.file;
+                entry["kind"] = pack.is_hierarchy ? "hierarchy" : "pages";
                 entry["bytes"] = pack.bytes;
                 entry["pages"] = pack.pages;
                 entry["compressed_pages"] = pack.compressed_pages;
@@ -34,9 +35,9 @@ void bind_store(nb::module_& m) {
         nb::arg("folder"), nb::kw_only(), nb::arg("verify") = false,
         nb::sig(
             "def store_packs(folder: str | os.PathLike, *, verify: bool = False) -> list[dict[str, object]]"),
-        "What is in a store of diced and shaded geometry, used last first; with `verify`, every page is read "
-        "and "
-        "'problem' says what\nis wrong with a pack.");
+        "What is in a store of diced and shaded geometry, used last first: packs of pages, and files of the "
+        "ray tracer's hierarchy, by\ntheir 'kind'. With `verify`, every page is read and 'problem' says what "
+        "is wrong with a file.");
     define(
         m, "store_prune",
         [](const std::filesystem::path& folder, uint64_t bytes) {
@@ -44,9 +45,8 @@ void bind_store(nb::module_& m) {
         },
         nb::arg("folder"), nb::arg("bytes"),
         nb::sig("def store_prune(folder: str | os.PathLike, bytes: int) -> int"),
-        "Removes the packs not used for longest until no more than so many bytes are left; returns the "
-        "number of "
-        "files removed.");
+        "Removes the files not used for longest until no more than so many bytes are left; returns the "
+        "number of files removed.");
     define(
         m, "store_compress",
         [](const std::filesystem::path& folder, double idle_s, nb::handle progress) {

@@ -26,10 +26,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     for name, text, run in (
-        ("info", "what is there: packs, pages, bytes, last uses", run_info),
+        ("info", "what is there: files, pages, bytes, last uses", run_info),
         ("verify", "read every page and check it; renders make broken ones again", run_verify),
         ("compress", "make packs smaller that were not used for a while; renders read them as before", run_compress),
-        ("prune", "delete the packs that were not used for longest, down to a size", run_prune),
+        ("prune", "delete what was not used for longest, down to a size", run_prune),
     ):
         action = actions.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
         action.add_argument("folder", nargs="?", default="", metavar="DIR", help="default: KANUKA_STORE")
@@ -59,15 +59,18 @@ def run_info(arguments: argparse.Namespace) -> int:
         return ExitCode.OK
     for pack in packs:
         note = f"  {pack['problem']}" if pack["problem"] else "" if pack["of_this_build"] else "  of another build"
-        print(f"{bytes_text(pack['bytes']):>10}  {pack['pages']:>7} pages  {age_text(pack['age_s']):>7} ago{note}")
+        holds = "hierarchy" if pack["kind"] == "hierarchy" else f"{pack['pages']} pages"
+        print(f"{bytes_text(pack['bytes']):>10}  {holds:>13}  {age_text(pack['age_s']):>7} ago{note}")
     here = [pack for pack in packs if pack["of_this_build"] and not pack["problem"]]
     print(f"{summary(packs)}, of this build {summary(here)}: {chosen}")
     return ExitCode.OK
 
 
 def summary(packs: list[dict]) -> str:
-    pages, total = (sum(pack[name] for pack in packs) for name in ("pages", "bytes"))
-    return f"{pages} pages in {bytes_text(total)}"
+    pages = sum(pack["pages"] for pack in packs if pack["kind"] == "pages")
+    hierarchy = sum(pack["kind"] == "hierarchy" for pack in packs)
+    also = f" and {hierarchy} of the hierarchy" if hierarchy else ""
+    return f"{pages} pages{also} in {bytes_text(sum(pack['bytes'] for pack in packs))}"
 
 
 def run_verify(arguments: argparse.Namespace) -> int:
@@ -79,7 +82,7 @@ def run_verify(arguments: argparse.Namespace) -> int:
     else:
         for pack in broken:
             print(f"{pack['file']}: {pack['problem']}")
-        print(f"{summary(packs)}, {len(broken)} of {len(packs)} packs broken")
+        print(f"{summary(packs)}, {len(broken)} of {len(packs)} files broken")
     return ExitCode.ERRORS if broken else ExitCode.OK
 
 
