@@ -89,6 +89,9 @@ def store(results: Results) -> Iterator[Goal]:
         yield Goal(
             f"{scene}: until rays can be traced, while a store is filled", "≤ 1.10×", times(writing), writing.below(1.1)
         )
+        if "hierarchy" in f:
+            hierarchy = Interval(**f["hierarchy"])
+            yield Goal(f"{scene}: building, with a filled store", "≤ 0.25×", times(hierarchy), hierarchy.below(0.25))
         if scene == "shading":
             yield Goal(f"{scene}: first picture, with a filled store", "≤ 0.1×", times(first), first.below(0.1))
 

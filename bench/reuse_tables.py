@@ -84,8 +84,16 @@ def store(results: Results) -> str:
         first = times(intervals.Interval(**f["first_picture"]))
         cells = [show("_s", f[kind]["build_s"]) for kind in ("without", "new", "filled")]
         ratios = [times(intervals.Interval(**f[name])) for name in ("writing", "reading")]
-        rows.append([scene, cells[0], cells[1], ratios[0], cells[2], ratios[1], first, show("_bytes", f["bytes"])])
-    heads = ["", "without", "with a new one", "over", "with a filled one", "over", "first picture, over", "on disk"]
+        disk = show("_bytes", f["bytes"])
+        hierarchy = "–"
+        if "hierarchy" in f:
+            hierarchy = times(intervals.Interval(**f["hierarchy"]))
+            disk += f", of it the hierarchy {show('_bytes', f['hierarchy_bytes'])}"
+        rows.append([scene, cells[0], cells[1], ratios[0], cells[2], ratios[1], hierarchy, first, disk])
+    heads = [
+        *("", "without", "with a new one", "over", "with a filled one", "over"),
+        *("its hierarchy, over", "first picture, over", "on disk"),
+    ]
     return table(heads, rows)
 
 

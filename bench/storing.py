@@ -11,17 +11,24 @@ import intervals
 import peers
 from settings import Found, Say, Settings
 
-# Links of the chain of noises; micropolygons.
-SCENES = {"shading": 100, "micropolygons": 1_000_000, "still-life": 0}
+# What is rendered, and how much: links of the chain of noises, micropolygons. A hierarchy of pages has so many.
+SCENES = {
+    "shading": ("shading", 100),
+    "micropolygons": ("micropolygons", 1_000_000),
+    "hierarchy": ("micropolygons", 16_000_000),
+    "still-life": ("still-life", 0),
+}
 KINDS = ("without", "new", "filled")
 FIGURES = ("dice_s", "shade_s", "bvh_s", "build_s", "first_picture_s")
 
 
-def measure(settings: Settings, scene: str, say: Say) -> Found:
+def measure(settings: Settings, name: str, say: Say) -> Found:
     """For run.py. What is read comes from the system's memory, as on a machine that has rendered before."""
     runs: dict[str, list[Found]] = {kind: [] for kind in KINDS}
     folder = Path(tempfile.mkdtemp(prefix="kanuka-store-"))
-    n = SCENES[scene] if not settings.quick else {"shading": 4, "micropolygons": 50_000}.get(scene, 0)
+    scene, n = SCENES[name]
+    if settings.quick:
+        n = {"shading": 4, "micropolygons": 50_000, "hierarchy": 5_000_000}.get(name, 0)
     try:
         for _ in range(settings.rounds):
             store = folder / "pages"
@@ -31,6 +38,7 @@ def measure(settings: Settings, scene: str, say: Say) -> Found:
                 asked = settings.request(scene, n, samples=1, **options) | {"seeds": [1]}
                 runs[kind].append(peers.ask(peers.OURS, asked, pictures=False).figures)
             stored = sum(file.stat().st_size for file in store.iterdir())
+            of_hierarchy = sum(file.stat().st_size for file in store.glob("*.khierarchy"))
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     rounds = {kind: {name: [float(run[name]) for run in of] for name in FIGURES} for kind, of in runs.items()}
@@ -44,6 +52,8 @@ def measure(settings: Settings, scene: str, say: Say) -> Found:
     found["writing"] = ratio("build_s", "new")
     found["reading"] = ratio("build_s", "filled")
     found["first_picture"] = ratio("first_picture_s", "filled")
+    if of_hierarchy:
+        found |= {"hierarchy": ratio("bvh_s", "filled"), "hierarchy_bytes": of_hierarchy}
     say(
         f"  until rays can be traced: {found['without']['build_s']:.3f} s, {found['new']['build_s']:.3f} s that fill a "
         f"store of {stored / 1e6:.1f} MB, {found['filled']['build_s']:.3f} s with it"
