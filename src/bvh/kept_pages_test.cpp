@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The world: a displaced ball of grids, a mesh, a grid of few cells, curves, and two places of a group with a
-// mesh and a grid. The ball is moved by `bump`.
+// The world: a displaced ball of grids, a mesh, a grid of few cells, one that changes, curves, and two places
+// of a group with a mesh and a grid. The ball is moved by `bump`.
 struct Place {
     Shapes shapes;
     std::vector<float> matrices;
@@ -33,6 +33,12 @@ struct Place {
         shapes.add_sphere({0, 2, 0}, 0.7f, 8, 0.5f);
         shapes.add_mesh(3, wave, {0, 12, 156, 156, 12, 168, 168, 12, 80});
         shapes.add_grid(1, 1, {{-3, -2, -3}, {3, -2, -3}, {-3, -2, 3}, {3, -2, 3}});
+        std::vector<std::vector<Vec3f>> steps{wave, wave, wave};
+        for (Vec3f& p : steps[1])
+            p.y += 0.4f;
+        for (Vec3f& p : steps[2])
+            p.z += 0.5f;
+        shapes.add_moving_grid(12, 12, steps);
         add_curves();
         for (const float x : {-2.5f, 2.5f})
             for (const float m : {1.0f, 0.0f, 0.0f, x, 0.0f, 0.8f, 0.6f, 0.0f, 0.0f, -0.6f, 0.8f, 0.5f})
@@ -180,14 +186,14 @@ TEST_F(KeptPages, AreTheSameFilesForAnyNumberOfThreads) {
 
 TEST_F(KeptPages, OfOtherShapesAreBuilt) {
     ask(true, One);
-    EXPECT_EQ(files().size(), 2u);
+    EXPECT_EQ(files().size(), 4u); // what changes has one for each of two intervals
     const float bump =
         std::nextafter(1.5f, 2.0f) - 1.5f; // the last bit of a vertex, on the way to the lattice
     const Answers moved = ask(true, One, bump), again = ask(true, One, bump);
     EXPECT_GT(moved.bytes.built, 0u);
     EXPECT_GT(moved.bytes.stored, 0u); // the group that is placed
     EXPECT_EQ(again.bytes.built, 0u);
-    EXPECT_EQ(files().size(), 3u);
+    EXPECT_EQ(files().size(), 7u);
     expect_same(ask(false, One, bump), again);
 }
 
