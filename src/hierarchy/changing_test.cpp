@@ -398,8 +398,7 @@ TEST(ChangingShapes, DamagedPagesAreRefusedOrTraced) {
     size_t traced = 0;
     for (const Changing* from : {&c, &quads})
         for (int turn = 0; turn < 400; turn++) {
-            PageMemory memory(from->memory[0].size());
-            std::memcpy(memory.data(), from->memory[0].data(), memory.size());
+            PageMemory memory = copy_of(from->memory[0]);
             const Header& h = memory.page().header();
             // In the nodes, a leaf, the header: wherever it hurts.
             const size_t at = turn % 3 == 0 ? h.nodes + random.below(uint32_t(h.node_bytes))

@@ -75,7 +75,7 @@ TEST(Pages, ArePassedWhole) {
 TEST(Pages, ThatAreDamagedAreRefused) {
     const PageMemory page = page_with_hair(ball(2, 9, 1, 0.2f, 5));
     Random random(7);
-    PageMemory damaged = page;
+    PageMemory damaged = copy_of(page);
     for (int i = 0; i < 2000; i++) {
         const size_t at = random.below(uint32_t(page.page().header().bytes));
         damaged.data()[at] ^= std::byte(1u << random.below(8));
@@ -99,7 +99,7 @@ TEST(Pages, ThatAreForgedAreTracedInBounds) {
     Random random(8);
     int passed = 0, refused = 0;
     for (int i = 0; i < 3000; i++) {
-        PageMemory forged = page; // of its own size: a reader out of bounds is out of the allocation
+        PageMemory forged = copy_of(page); // of its own size: a reader out of bounds is out of the allocation
         Header& h = *reinterpret_cast<Header*>(forged.data());
         const uint32_t bytes = uint32_t(h.bytes), changes = 1 + random.below(4);
         for (uint32_t k = 0; k < changes; k++) {

@@ -294,6 +294,12 @@ inline Reference brute_force(const std::vector<Face>& faces, const Ray& r) {
     return best;
 }
 
+inline PageMemory copy_of(const PageMemory& page) {
+    PageMemory copy(page.size());
+    std::memcpy(copy.data(), page.data(), page.size());
+    return copy;
+}
+
 // ---- content
 struct TestGrid {
     int columns, rows;
