@@ -25,8 +25,23 @@ namespace {
 // How instances differ, beside their places.
 struct Differences {
     nb::handle variant, tint, roughness;
+    const nb::dict& primvars;
     bool unique;
 };
+
+// A value, or one for each instance. Three numbers are a color where there are no three instances.
+scene::ValueList instance_primvars(const nb::dict& given, size_t instances) {
+    const DetailCount counts[] = {{scene::Detail::Uniform, instances}, {scene::Detail::Constant, 1}};
+    scene::ValueList list;
+    for (auto [key, value] : given) {
+        const auto name = argument<std::string>(key, "primvars: a name");
+        const bool triple = instances != 3 && name.find(' ') == std::string::npos &&
+                            !nb::isinstance<nb::str>(value) &&
+                            float_array(value, name.c_str()).shape == std::vector<size_t>{3};
+        list.set(primvar(triple ? "color " + name : name, value, counts));
+    }
+    return list;
+}
 
 scene::Variation variation(const Differences& given) {
     const auto values = [](nb::handle value, const char* name, size_t components) {
@@ -42,8 +57,10 @@ scene::Variation variation(const Differences& given) {
                                       .c_str());
         return array.buffer;
     };
-    return {values(given.variant, "variant", 1), values(given.tint, "tint", 3),
-            values(given.roughness, "roughness", 1)};
+    return {values(given.variant, "variant", 1),
+            values(given.tint, "tint", 3),
+            values(given.roughness, "roughness", 1),
+            {}};
 }
 
 scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times,
@@ -71,6 +88,7 @@ scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle t
         result.transforms = std::move(rows);
     }
     result.variation = variation(differences);
+    result.variation.primvars = instance_primvars(differences.primvars, result.count());
     result.unique = differences.unique;
     if (result.unique && result.moves())
         throw nb::value_error("unique: what moves as an instance stays one; place its shapes one by one");
@@ -206,14 +224,15 @@ void bind_tables(nb::module_& m) {
 constexpr const char* InstancesSignature =
     "def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | None = None, *, "
     "variant: ArrayLike | None = None, tint: ArrayLike | None = None, roughness: ArrayLike | None = None, "
-    "unique: bool = False) -> Node";
+    "primvars: dict[str, ArrayLike] = {}, unique: bool = False) -> Node";
 constexpr const char* InstancesDoc =
     "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on columns. "
     "Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).\n\n"
     "How they differ in looks, each a value or one for each instance: `variant`, of the `variants` of a "
     "shape, between whole numbers two of them are blended; `tint`, (3,) or (N, 3), multiplies the colours of "
-    "bodies, as docs/lobes.md names them; `roughness` is added to that of lobes. Of nested instances the "
-    "innermost that says any of it counts.\n\n"
+    "bodies, as docs/lobes.md names them; `roughness` is added to that of lobes; `primvars` are bound to "
+    "parameters of surface shaders by their name, as those of a shape are: \"wetness\", \"vector wind\". Of "
+    "nested instances the innermost that says any of it counts.\n\n"
     "`unique`: each is diced and shaded where it stands, for shaders that ask where in the world that is.";
 
 void bind_group(nb::class_<Group>& group) {
@@ -222,20 +241,21 @@ void bind_group(nb::class_<Group>& group) {
     define(
         group, "add_instances",
         [](Group& g, const Group& child, nb::handle transforms, nb::handle times, nb::handle variant,
-           nb::handle tint, nb::handle roughness, bool unique) {
+           nb::handle tint, nb::handle roughness, nb::dict primvars, bool unique) {
             const auto check_order = [&] {
                 if (child.index() >= g.index())
                     throw nb::value_error("group: a group holds instances of groups made before it");
             };
             check_order();
             scene::Group::Instances places =
-                instances(*g.owner, child, transforms, times, {variant, tint, roughness, unique});
+                instances(*g.owner, child, transforms, times, {variant, tint, roughness, primvars, unique});
             check_order(); // the group itself may be gone by now
             return Node{g.owner, g.owner->editor->add(g.get(), std::move(places)).node};
         },
         nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), nb::kw_only(),
         nb::arg("variant") = nb::none(), nb::arg("tint") = nb::none(), nb::arg("roughness") = nb::none(),
-        nb::arg("unique") = false, InstancesDoc, nb::sig(InstancesSignature));
+        nb::arg("primvars") = nb::dict(), nb::arg("unique") = false, InstancesDoc,
+        nb::sig(InstancesSignature));
 }
 
 constexpr const char* BoundsDoc =
@@ -277,14 +297,16 @@ void bind_class(nb::class_<Scene>& scene) {
     define(
         scene, "add_instances",
         [](std::shared_ptr<Scene> s, const Group& g, nb::handle transforms, nb::handle times,
-           nb::handle variant, nb::handle tint, nb::handle roughness, bool unique) {
-            return Node{
-                s,
-                s->editor->add(instances(*s, g, transforms, times, {variant, tint, roughness, unique})).node};
+           nb::handle variant, nb::handle tint, nb::handle roughness, nb::dict primvars, bool unique) {
+            return Node{s, s->editor
+                               ->add(instances(*s, g, transforms, times,
+                                               {variant, tint, roughness, primvars, unique}))
+                               .node};
         },
         nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), nb::kw_only(),
         nb::arg("variant") = nb::none(), nb::arg("tint") = nb::none(), nb::arg("roughness") = nb::none(),
-        nb::arg("unique") = false, InstancesDoc, nb::sig(InstancesSignature));
+        nb::arg("primvars") = nb::dict(), nb::arg("unique") = false, InstancesDoc,
+        nb::sig(InstancesSignature));
     scene.def(
         "bounds",
         [](const Scene& s) -> nb::object {

@@ -32,7 +32,14 @@ scene::Variation one_of(const scene::Variation& all, size_t i) {
         const float* first = of.data() + components * i;
         return scene::Buffer<float>(std::vector<float>(first, first + components));
     };
-    return {one(all.variant, 1), one(all.tint, 3), one(all.roughness, 1)};
+    scene::Variation own{one(all.variant, 1), one(all.tint, 3), one(all.roughness, 1), {}};
+    for (const scene::Value& value : all.primvars.values) {
+        own.primvars.values.push_back(value);
+        scene::Value& its = own.primvars.values.back();
+        its.detail = scene::Detail::Constant;
+        its.floats = one(value.floats, size_t(scene::components(value.type)) * size_t(value.array_size));
+    }
+    return own;
 }
 
 size_t count_unique(const scene::Scene& scene, size_t first) {
@@ -59,6 +66,9 @@ std::vector<scene::Primitive> DeInstancer::copies(const scene::Group& group,
             variant.floats = std::vector<float>{own.variant.empty() ? 0.0f : own.variant[0]};
             p.primvars.set(std::move(variant));
         }
+        for (const scene::Value& value : own.primvars.values)
+            if (!p.primvars.find(value.name))
+                p.primvars.set(value);
         if (!p.attributes)
             continue;
         std::shared_ptr<const scene::Attributes>& here = placed[p.attributes.get()];

@@ -23,7 +23,8 @@ size_t count_unique(const scene::Scene& scene, size_t first);
 // primitive (an oracle, why it was made) is not known of them.
 class DeInstancer {
   public:
-    // At `world_from_group`. Shaders find the variant of `own`, whole or not, as the variable of that name.
+    // At `world_from_group`. Shaders find the variant of `own`, whole or not, as the variable of that name,
+    // and its primvars but for those that a primitive has itself.
     std::vector<scene::Primitive> copies(const scene::Group& group, const Transform& world_from_group,
                                          const scene::Variation& own);
     void forget() { m_declared.clear(); } // what copies were made of, once they are prepared

@@ -8,6 +8,7 @@
 #include "render/emitters.h"
 #include "render/group_views.h"
 #include "render/instance_placer.h"
+#include "render/instance_primvars.h"
 #include "render/motion.h"
 #include "render/prepare.h"
 #include "scene/counts.h"
@@ -45,7 +46,9 @@ class GeometryBuilder {
         : m_request(request), m_out(&out), m_first_group(out.levels_of_scene.size()), m_preparer(request),
           m_views(request.scene, m_first_group, request.render_from_world, request.dice.camera,
                   {request.instance_levels, request.dice.shading_rate_scale}),
-          m_placer(request, out, m_views, m_first_group, m_key) {}
+          m_primvars(request.scene, m_first_group, request.shading, size_t(request.instance_variants),
+                     request.journal),
+          m_placer(request, out, m_views, m_primvars, m_first_group, m_key) {}
 
     void run() {
         // The world comes last, whatever is added before it.
@@ -95,7 +98,7 @@ class GeometryBuilder {
         m_placer.add(scene.instances, {m_request.render_from_world}, world);
         for (const auto& in : scene.instances)
             if (m_placer.takes_apart(in))
-                add_unique(in, Transform(), {}, world);
+                add_unique(in, Transform(), {}, {}, world);
         m_preparer.share_wall_time(std::chrono::duration<double>(Clock::now() - start).count());
     }
 
@@ -109,6 +112,7 @@ class GeometryBuilder {
         std::vector<int> levels;
         for (size_t k = 0; k <= view.coarser.size(); k++) {
             GroupView here = view;
+            here.variants = m_primvars.variants_of(g);
             if (k > 0)
                 here.pixels_per_unit = view.coarser[k - 1], here.stands_in_many = false;
             bvh::GroupDesc desc;
@@ -346,9 +350,10 @@ class GeometryBuilder {
     }
 
     // In the world, whose group's own instances are placed one by one: they lie in this place alone.
-    // `around`: what they differ by that say nothing themselves.
+    // `around`, and `shown_around` of what stays instanced: what they differ by that say nothing themselves.
     void add_unique(const scene::Group::Instances& in, const Transform& world_from_parent,
-                    const scene::Variation& around, bvh::GroupDesc& world) {
+                    const scene::Variation& around, const scene::Variation& shown_around,
+                    bvh::GroupDesc& world) {
         constexpr size_t Run = 256;
         m_key(in.variation);
         const scene::Group& group = m_request.scene.groups[size_t(in.group) - m_first_group];
@@ -362,7 +367,9 @@ class GeometryBuilder {
         };
         for (size_t i = 0; i < in.count() && !m_request.progress.cancelled(); i++) {
             const Transform place = world_from_parent * place_of(in, i);
-            const scene::Variation own = in.variation.empty() ? around : one_of(in.variation, i);
+            const bool says = !in.variation.empty();
+            const scene::Variation own = says ? one_of(in.variation, i) : around;
+            const scene::Variation shown = says ? one_of(m_primvars.shown(in), i) : shown_around;
             std::vector<scene::Primitive> copies = m_de_instancer.copies(group, place, own);
             if (!group.solids.empty() || !own.tint.empty() || !own.roughness.empty())
                 add_apart(copies, group.solids, own, world);
@@ -371,9 +378,11 @@ class GeometryBuilder {
             add_together(Run);
             for (const scene::Group::Instances& inner : group.instances)
                 if (m_placer.takes_apart(inner))
-                    add_unique(inner, place, own, world);
+                    add_unique(inner, place, own, shown, world);
                 else
-                    m_placer.add({placed(inner, m_request.render_from_world * place, own)}, {}, world);
+                    m_placer.add({placed(inner, m_request.render_from_world * place,
+                                         inner.variation.empty() ? shown : m_primvars.shown(inner))},
+                                 {}, world);
         }
         add_together(1);
         m_request.stats.count.instances += in.count();
@@ -400,6 +409,7 @@ class GeometryBuilder {
     Preparer m_preparer;
     Digester m_key;
     const GroupViews m_views;
+    const InstancePrimvars m_primvars;
     InstancePlacer m_placer;
     DeInstancer m_de_instancer;
     std::vector<bool> m_shines; // of the scene's groups, with all in them

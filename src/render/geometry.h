@@ -61,7 +61,8 @@ struct GeometryRequest {
     uint64_t memory_budget = 0;             // that pages come and go within; 0 = none
     Digest setting = {};                    // of what all materials depend on; for keys of pages
     MadeAgain* made_again = nullptr;        // with `pages`; null = nobody asks why
-    float instance_levels = 0;              // of detail: scene::Options has the same
+    float instance_levels = 0;              // of detail: scene::Options has the same, as of the next two
+    int instance_variants = 8;
 };
 
 // Thread count changes nothing in what is built.

@@ -28,7 +28,8 @@ struct GroupView {
     // What is modelled far from its origin has few digits for its shape. Its group is built around this point
     // instead, which the matrices of its instances take back; 0 where it makes no difference.
     Vec3f center{0, 0, 0};
-    bool stands_in_many = false; // still places
+    bool stands_in_many = false;                // still places
+    std::span<const scene::ValueList> variants; // InstancePrimvars::variants_of
 };
 
 // A level of detail that an instance shows, the finest is 0, and which paths see it.

@@ -22,9 +22,9 @@ std::vector<int32_t> some_of(const std::vector<int32_t>& rows, const std::vector
 } // namespace
 
 InstancePlacer::InstancePlacer(const GeometryRequest& request, Geometry& out, const GroupViews& views,
-                               size_t first_group, Digester& key)
-    : m_request(request), m_out(out), m_views(views), m_first_group(first_group), m_key(key),
-      m_variations(request.palette, out.variations) {}
+                               const InstancePrimvars& primvars, size_t first_group, Digester& key)
+    : m_request(request), m_out(out), m_views(views), m_primvars(primvars), m_first_group(first_group),
+      m_key(key), m_variations(request.palette, out.variations) {}
 
 bool InstancePlacer::takes_apart(const scene::Group::Instances& in) const {
     return are_unique(in) && size_t(in.group) >= m_first_group;
@@ -35,14 +35,15 @@ void InstancePlacer::add(const std::vector<scene::Group::Instances>& all, const 
     for (const auto& in : all) {
         if (parent.group < 0 && takes_apart(in))
             continue;
+        const scene::Variation& shown = m_primvars.shown(in);
         if (m_request.pages)
             m_key(in.group, std::span<const float>(in.transforms.data(), in.transforms.size()), in.times,
-                  parent.render_from_parent, m_out.center_of_scene[size_t(in.group)], in.variation);
+                  parent.render_from_parent, m_out.center_of_scene[size_t(in.group)], shown);
         if (!parent.is_coarser)
             m_request.stats.count.instances += in.count();
         m_out.instanced |= in.count() > 0;
         m_out.matrices.push_back(in.transforms);
-        const std::vector<int32_t> rows = m_variations.rows_of(in.variation, in.count());
+        const std::vector<int32_t> rows = m_variations.rows_of(shown, in.count());
         for (Run& run : runs_of(in, parent)) {
             m_out.fades |= !run.levels.empty();
             if (m_request.pages)
@@ -154,7 +155,7 @@ void InstancePlacer::add_moving(const scene::Group::Instances& in, const Run& ru
 }
 
 scene::Group::Instances placed(const scene::Group::Instances& in, const Transform& render_from_group,
-                               const scene::Variation& around) {
+                               const scene::Variation& variation) {
     scene::Group::Instances out = in;
     std::vector<float> rows(in.transforms.size());
     for (size_t i = 0; 12 * i < rows.size(); i++) {
@@ -164,8 +165,7 @@ scene::Group::Instances placed(const scene::Group::Instances& in, const Transfor
     }
     out.transforms = std::move(rows);
     out.unique = false;
-    if (out.variation.empty())
-        out.variation = around;
+    out.variation = variation;
     return out;
 }
 

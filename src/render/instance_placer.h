@@ -6,6 +6,7 @@
 #include "base/digest.h"
 #include "render/geometry.h"
 #include "render/group_views.h"
+#include "render/instance_primvars.h"
 #include "render/variations.h"
 
 namespace kanuka::render {
@@ -13,8 +14,8 @@ namespace kanuka::render {
 class InstancePlacer {
   public:
     // `first_group`: number of the scene's first group. All must outlive this.
-    InstancePlacer(const GeometryRequest& request, Geometry& out, const GroupViews& views, size_t first_group,
-                   Digester& key);
+    InstancePlacer(const GeometryRequest& request, Geometry& out, const GroupViews& views,
+                   const InstancePrimvars& primvars, size_t first_group, Digester& key);
     struct Parent {
         Transform render_from_parent = {}; // of a group: as it is built, from the group; a translation
         int group = -1;                    // of the scene's, from the first on; -1 = the world
@@ -45,14 +46,15 @@ class InstancePlacer {
     const GeometryRequest& m_request;
     Geometry& m_out;
     const GroupViews& m_views;
+    const InstancePrimvars& m_primvars;
     const size_t m_first_group;
     Digester& m_key;
     VariationTable m_variations;
 };
 
 // Instances of a group that has one place. Sums are made in double, and rounded where they are small.
-// `around`: what they differ by that say nothing themselves.
+// `variation`: what they differ by.
 scene::Group::Instances placed(const scene::Group::Instances& in, const Transform& render_from_group,
-                               const scene::Variation& around);
+                               const scene::Variation& variation);
 
 } // namespace kanuka::render

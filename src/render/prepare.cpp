@@ -113,7 +113,9 @@ void Preparer::make(const scene::Primitive& declared, const Transform& parent_fr
     }
     const PageFrame frame =
         page_frame(primitive, parent_from_group, instanced, m_request.dice.camera, while_moving);
-    out.material = m_request.shading.material(primitive, frame.page_from_object, frame.page_from_world);
+    out.material =
+        m_request.shading.material(primitive, frame.page_from_object, frame.page_from_world,
+                                   instanced ? instanced->variants : std::span<const scene::ValueList>());
     if (volume)
         fill(rest, *volume, parent_from_object, frame, instanced || !moving.places.empty(), boundary, out);
     const shade::Material& material = *out.material;

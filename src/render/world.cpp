@@ -186,6 +186,7 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
     request.memory_budget = m_job.memory_budget.bytes;
     request.oracle = m_oracle ? &*m_oracle : nullptr;
     request.instance_levels = m_oracle ? 0 : m_job.options.instance_levels;
+    request.instance_variants = m_job.options.instance_variants;
     if (m_has_keys) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;

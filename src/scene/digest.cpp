@@ -106,8 +106,8 @@ void put(Digester& d, const Primitive& primitive) {
 }
 
 void put(Digester& d, const Variation& of) {
-    const auto& [variant, tint, roughness] = of;
-    d(variant, tint, roughness);
+    const auto& [variant, tint, roughness, primvars] = of;
+    d(variant, tint, roughness, primvars);
 }
 
 void put_shape(Digester& d, const Primitive& primitive) {
@@ -166,13 +166,14 @@ void put(Digester& d, const Options& options) {
     const auto& [width, height, pixel_aspect, crop, filter, filter_width, filter_values, filter_cells,
                  filter_where, exposure_gain, exposure_gamma, color, samples, adaptive, max_depth,
                  volume_depth, light_samples, integrator, transport, clamp_direct, clamp_indirect,
-                 geometry_tolerance, normal_tolerance, watertight, instance_levels, procedural_memory, seed,
-                 strict_directions, specular, array_room, shader_path, texture_path, archive_path, displays,
-                 imager, shutter_open, shutter_close, shutter_opening, user] = options;
+                 geometry_tolerance, normal_tolerance, watertight, instance_levels, instance_variants,
+                 procedural_memory, seed, strict_directions, specular, array_room, shader_path, texture_path,
+                 archive_path, displays, imager, shutter_open, shutter_close, shutter_opening, user] =
+        options;
     d(width, height, pixel_aspect, crop, filter, filter_width, filter_values, filter_cells, color, adaptive,
       max_depth, volume_depth, light_samples, integrator, transport, clamp_direct, clamp_indirect,
-      geometry_tolerance, normal_tolerance, watertight, instance_levels, procedural_memory, seed,
-      strict_directions, specular, array_room, shader_path, texture_path, archive_path, shutter_open,
+      geometry_tolerance, normal_tolerance, watertight, instance_levels, instance_variants, procedural_memory,
+      seed, strict_directions, specular, array_room, shader_path, texture_path, archive_path, shutter_open,
       shutter_close, shutter_opening, user);
 }
 Digest digest_of_lights(const Scene& scene) {

@@ -115,6 +115,24 @@ Fault fault_of(const Places& places) {
     return std::nullopt;
 }
 
+static Fault fault_of_variable(const Value& value, size_t instances) {
+    const auto wrong = [&](const std::string& what) { return "primvars: " + value.name + ": " + what; };
+    for (const char* own : {"variant", "tint", "roughness"})
+        if (value.name == own)
+            return wrong("instances have a value of that name, which is said by itself");
+    if (value.name.empty() || value.type == Type::String || value.type == Type::Integer ||
+        value.type == Type::HPoint || value.type == Type::Matrix)
+        return wrong("expected a float, color, point, vector or normal, or an array of them");
+    const size_t width = size_t(components(value.type)) * size_t(std::max(value.array_size, 1));
+    const bool one = value.detail == Detail::Constant && value.floats.size() == width;
+    if (!one && !(value.detail == Detail::Uniform && value.floats.size() == width * instances))
+        return wrong("expected a value (constant), or one for each of " + std::to_string(instances) +
+                     " instances (uniform)");
+    if (std::ranges::any_of(value.floats, [](float x) { return !std::isfinite(x); }))
+        return wrong("expected finite numbers");
+    return std::nullopt;
+}
+
 Fault fault_of(const Variation& variation, size_t instances) {
     const struct {
         const char* name;
@@ -133,6 +151,9 @@ Fault fault_of(const Variation& variation, size_t instances) {
             return std::string(name) + ": expected numbers from " + std::to_string(int(least)) +
                    " to a million";
     }
+    for (const Value& value : variation.primvars.values)
+        if (const Fault fault = fault_of_variable(value, instances))
+            return fault;
     return std::nullopt;
 }
 

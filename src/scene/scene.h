@@ -218,7 +218,11 @@ struct Variation {
     Buffer<float> variant;   // of Attributes::variants; between whole numbers the two are blended
     Buffer<float> tint;      // RGB, from 0 on: multiplies the colours of bodies (grid::LobeInput::body)
     Buffer<float> roughness; // is added to that of lobes, which stays within 0 and 1
-    bool empty() const { return variant.empty() && tint.empty() && roughness.empty(); }
+    // Variables that surface shaders read: constant, or uniform (a value for each instance).
+    ValueList primvars;
+    bool empty() const {
+        return variant.empty() && tint.empty() && roughness.empty() && primvars.values.empty();
+    }
 };
 
 struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is relative to the group
@@ -374,6 +378,9 @@ struct Options {
     // What stands at many places, near and far, is diced and shaded at a few rates: so many times as fine as
     // each place asks for. 0 = as fine as the closest needs, everywhere.
     float instance_levels = 0;
+    // What surfaces are shaded with at most of the values of instances' variables; others are blended, or the
+    // nearest.
+    int instance_variants = 8;
     int procedural_memory =
         0; // MB that may grow out of procedurals which wait for rays; 0 or less = unbounded
     uint32_t seed = 0;

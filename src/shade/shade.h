@@ -103,9 +103,14 @@ class ShadingSystem {
     // "current" is the space that grids come in. Primvars of constant detail are bound as parameters; varying
     // ones are found on the grid. Materials are shared where all they depend on is equal. For primitives of a
     // group, its space stands for the world's: it may be seen from many places at once.
+    // `variants`: variables that instances bring, once for each variant that is shaded; none: it has those of
+    // its attributes. Variables of its own count more.
     virtual std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                                      const Transform& current_from_object,
-                                                     const Transform& current_from_world) = 0;
+                                                     const Transform& current_from_world,
+                                                     std::span<const scene::ValueList> variants = {}) = 0;
+    // Does its surface shader, or a co-shader of that, read a variable of this name?
+    virtual bool surface_reads(const scene::Primitive& primitive, std::string_view name) = 0;
     // Is all of it what RISpec's renderers knew? Surfaces by classic shaders, or none (those that are missing
     // count as classic); lights of RISpec's four kinds, or by shaders of the scene.
     virtual bool all_classic(const scene::Scene& scene) = 0;

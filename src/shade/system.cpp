@@ -315,14 +315,19 @@ std::string SystemImpl::material_key(const MaterialCore& shared, const BoundShad
 
 std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& primitive,
                                                      const Transform& current_from_object,
-                                                     const Transform& current_from_world) {
-    const int variants = primitive.attributes ? primitive.attributes->variants : 1;
-    if (variants <= 1)
-        return plain_material(primitive, current_from_object, current_from_world);
+                                                     const Transform& current_from_world,
+                                                     std::span<const scene::ValueList> variants) {
     std::vector<std::shared_ptr<const Material>> materials;
-    for (int k = 0; k < variants; k++)
-        materials.push_back(
-            plain_material(with_variant(primitive, k), current_from_object, current_from_world));
+    const auto add = [&](const scene::Primitive& variant) {
+        materials.push_back(plain_material(variant, current_from_object, current_from_world));
+    };
+    const int own = primitive.attributes ? primitive.attributes->variants : 1;
+    if (variants.empty() && own <= 1)
+        return plain_material(primitive, current_from_object, current_from_world);
+    for (const scene::ValueList& variables : variants)
+        add(with_variables(primitive, variables));
+    for (int k = 0; variants.empty() && k < own; k++)
+        add(with_variant(primitive, float(k)));
     return make_variants(primitive, std::move(materials), m_journal);
 }
 

@@ -72,7 +72,9 @@ class SystemImpl final : public ShadingSystem {
 
     std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                              const Transform& current_from_object,
-                                             const Transform& current_from_world) override;
+                                             const Transform& current_from_world,
+                                             std::span<const scene::ValueList> variants) override;
+    bool surface_reads(const scene::Primitive& primitive, std::string_view name) override;
     std::shared_ptr<const Material> plain_material(const scene::Primitive& primitive,
                                                    const Transform& current_from_object,
                                                    const Transform& current_from_world);

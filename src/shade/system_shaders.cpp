@@ -218,4 +218,27 @@ Bound SystemImpl::bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKin
     return bound;
 }
 
+bool SystemImpl::surface_reads(const scene::Primitive& primitive, std::string_view name) {
+    if (name == "Cs" || name == "Os") // the colour, which is no parameter
+        return true;
+    const scene::Attributes* attributes = primitive.attributes.get();
+    const auto& ref = attributes && (attributes->surface || attributes->area_light) ? attributes->surface
+                                                                                    : m_default_surface;
+    const Loaded shader = ref ? load(*ref, sl::ShaderKind::Surface) : nullptr;
+    if (!shader)
+        return false;
+    const auto has = [&](const sl::Shader& of) {
+        return std::ranges::any_of(of.parameters(), [&](const sl::Parameter& p) { return p.name == name; });
+    };
+    const bool layered = ref->parameters.find(":layers") != nullptr;
+    if (has(*shader) || (shader->coshaders() == sl::CoShaderUse::None && !layered))
+        return has(*shader);
+    Scope scope = {&ref->coshaders};
+    if (attributes)
+        scope.push_back(&attributes->coshaders);
+    const Network network = connect_coshaders(
+        *shader, *ref, scope, [this](const scene::ShaderRef& r) { return load_coshader(r); }, m_journal);
+    return std::ranges::any_of(network.coshaders, [&](const CoShader& c) { return has(*c.shader); });
+}
+
 } // namespace kanuka::shade

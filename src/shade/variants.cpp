@@ -14,6 +14,8 @@ class VariedMaterial final : public Material {
     explicit VariedMaterial(std::vector<std::shared_ptr<const Material>> variants)
         : m_variants(std::move(variants)), m_program(first().program()) {
         m_program.variants = int(m_variants.size());
+        for (const auto& variant : m_variants)
+            m_like.push_back(size_t(std::ranges::find(m_variants, variant) - m_variants.begin()));
     }
     const grid::LayeringProgram& program() const override { return m_program; }
     bool displaces() const override { return first().displaces(); }
@@ -46,33 +48,49 @@ class VariedMaterial final : public Material {
     using Material::displace, Material::shade;
     void displace(grid::Grid& grid, SpacesLog* log) const override { first().displace(grid, log); }
     void shade(grid::Grid& grid, grid::VertexInputs& out, SpacesLog* log) const override {
-        out.variants.clear();
+        out.variants.assign(m_variants.size() - 1, {});
         for (size_t k = 1; k < m_variants.size(); k++) {
+            if (m_like[k] < k)
+                continue;
             grid::Grid copy = grid; // shading may turn normals
             grid::VertexInputs inputs;
             m_variants[k]->shade(copy, inputs, log);
-            out.variants.push_back(std::move(inputs.slots));
+            out.variants[k - 1] = std::move(inputs.slots);
         }
         first().shade(grid, out, log);
+        for (size_t k = 1; k < m_variants.size(); k++)
+            if (m_like[k] < k)
+                out.variants[k - 1] = m_like[k] == 0 ? out.slots : out.variants[m_like[k] - 1];
     }
 
   private:
     const Material& first() const { return *m_variants[0]; }
 
     const std::vector<std::shared_ptr<const Material>> m_variants;
+    std::vector<size_t> m_like; // the first that is the same: what a shader does not read changes nothing
     grid::LayeringProgram m_program;
 };
 
 } // namespace
 
-scene::Primitive with_variant(const scene::Primitive& primitive, int variant) {
+scene::Primitive with_variant(const scene::Primitive& primitive, float variant) {
     scene::Primitive one = primitive;
     scene::Value value;
     value.name = "variant";
     value.type = scene::Type::Float;
     value.detail = scene::Detail::Constant;
-    value.floats = std::vector<float>{float(variant)};
+    value.floats = std::vector<float>{variant};
     one.primvars.set(std::move(value));
+    return one;
+}
+
+scene::Primitive with_variables(const scene::Primitive& primitive, const scene::ValueList& variables) {
+    const bool has_variants = primitive.attributes && primitive.attributes->variants > 1;
+    scene::Primitive one =
+        has_variants ? with_variant(primitive, variables.get_float("variant", 0)) : primitive;
+    for (const scene::Value& value : variables.values)
+        if (value.name != "variant" && !primitive.primvars.find(value.name))
+            one.primvars.set(value);
     return one;
 }
 
@@ -93,7 +111,8 @@ std::shared_ptr<const Material> make_variants(const scene::Primitive& primitive,
             primitive.where,
             std::to_string(others) +
                 " variants have other layers than the first and are shown as that one: weights of "
-                "lobes may depend on \"variant\", and which lobes there are may not");
+                "lobes may depend on \"variant\" and on variables of instances, and which lobes there are "
+                "may not");
     return std::make_shared<VariedMaterial>(std::move(materials));
 }
 

@@ -9,7 +9,10 @@
 namespace kanuka::shade {
 
 // The primitive with "variant" as a variable of its own.
-scene::Primitive with_variant(const scene::Primitive& primitive, int variant);
+scene::Primitive with_variant(const scene::Primitive& primitive, float variant);
+// The primitive with variables that instances bring, but for those that it has itself. "variant" is of shapes
+// that have variants, which ask for it in any case.
+scene::Primitive with_variables(const scene::Primitive& primitive, const scene::ValueList& variables);
 
 // Lobes' inputs are those of each; all else is as the first has it: displacement, normals, presence, what it
 // emits and what is inside. Those whose layers differ from the first's are shaded as the first, and told.

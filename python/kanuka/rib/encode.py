@@ -85,7 +85,7 @@ def instances(
     handle: str, columns: np.ndarray, times: Sequence[float] | None, differences: Mapping[str, object] | None = None
 ) -> bytes:
     """ObjectInstance for each matrix, (N, 3 or 4, 4) or (T, N, 3 or 4, 4): rows of bytes that are alike but for it.
-    `differences`: values of Attribute "instance", one or one for each."""
+    `differences`: values of Attribute "instance", one or one for each; "primvars" are those of "instance:primvar"."""
     given = np.asarray(columns, dtype=np.float32)
     steps = given[None] if given.ndim == 3 else given
     count = steps.shape[1]
@@ -94,19 +94,41 @@ def instances(
     full[..., :3, :] = steps[..., :3, :]
     rows = _numbers(full.transpose(0, 1, 3, 2)).reshape(len(steps), count, 64)
     own = {name: values for name, values in (differences or {}).items() if values is not None}
-    parts = [_alike(b"AttributeBegin\n" if own else b"TransformBegin\n", count)]
+    primvars = own.pop("primvars", {})
+    parts = [_alike(b"AttributeBegin\n" if own or primvars else b"TransformBegin\n", count)]
     for name, values in own.items():
-        width = 3 if name == "tint" else 1  # that of "unique" is a number, too
-        each = _numbers(np.broadcast_to(np.asarray(values, dtype=np.float32).reshape(-1, width), (count, width)))
-        token = f'Attribute "instance" "uniform {"color" if width == 3 else "float"} {name}" '.encode()
-        parts += [_alike(token + b"\xc8" + bytes([width]), count), each.reshape(count, 4 * width), _alike(b"\n", count)]
+        kind = "color" if name == "tint" else "float"  # that of "unique" is a number, too
+        parts += _each("instance", f"{kind} {name}", np.reshape(values, (-1, 3 if name == "tint" else 1)), count)
+    for key, values in primvars.items():
+        parts += _each("instance:primvar", *instance_variable(key, values, count), count)
     if len(steps) > 1:
         parts.append(_alike(request("MotionBegin", np.asarray(times_of(len(steps), times), dtype=float)), count))
     for row in rows:
         parts += [_alike(b"ConcatTransform \xcb" + (16).to_bytes(4, "big"), count), row, _alike(b"\n", count)]
     tail = (request("MotionEnd") if len(steps) > 1 else b"") + request("ObjectInstance", handle)
-    tail += b"AttributeEnd\n" if own else b"TransformEnd\n"
+    tail += b"AttributeEnd\n" if own or primvars else b"TransformEnd\n"
     return np.concatenate([*parts, _alike(tail, count)], axis=1).tobytes()
+
+
+def instance_variable(key: str, values: object, count: int) -> tuple[str, np.ndarray]:
+    """Its declaration, and its values in rows; types that are not said are what kanuka.Scene takes them for."""
+    given = np.asarray(values, dtype=np.float32)
+    *classes, name = key.split()
+    kind = next((word for word in classes if word not in ("constant", "uniform")), "")
+    triple = kind in ("color", "point", "vector", "normal") or (not kind and (count != 3 or name in ("Cs", "Os")))
+    rows = (
+        given.reshape(1, -1) if given.shape == (3,) and triple else given.reshape(len(given) if given.ndim else 1, -1)
+    )
+    width = rows.shape[1]
+    return f"{kind or ('color' if width == 3 else 'float' if width == 1 else f'float[{width}]')} {name}", rows
+
+
+def _each(category: str, declaration: str, rows: np.ndarray, count: int) -> list[np.ndarray]:
+    """An Attribute of each instance; one row is that of all."""
+    width = rows.shape[1]
+    each = _numbers(np.broadcast_to(np.asarray(rows, dtype=np.float32), (count, width)))
+    coded = f'Attribute "{category}" "uniform {declaration}" '.encode() + b"\xc8" + bytes([width])
+    return [_alike(coded, count), each.reshape(count, 4 * width), _alike(b"\n", count)]
 
 
 def _numbers(values: np.ndarray) -> np.ndarray:

@@ -147,9 +147,19 @@ class RibPlace:
         return self._add(made, looks)
 
     def add_instances(
-        self, group: RibGroup, transforms, times=None, *, variant=None, tint=None, roughness=None, unique=False
+        self,
+        group: RibGroup,
+        transforms,
+        times=None,
+        *,
+        variant=None,
+        tint=None,
+        roughness=None,
+        primvars=None,
+        unique=False,
     ) -> None:
         differences = {"variant": variant, "tint": tint, "roughness": roughness, "unique": unique or None}
+        differences["primvars"] = dict(primvars or {})
         self._requests.append(instances(group.handle, np.asarray(transforms), times, differences))
 
 

@@ -44,6 +44,7 @@ class Shapes:
     adders: dict[str, Callable]
     shown: Sequence[Shown] = ()
     asked: set[str] = field(default_factory=set)  # names of primvars that materials and layers read
+    named: dict[str, tuple[str, str]] = field(default_factory=dict)  # those of materials: Kanuka's names and kinds
 
     def add(self, place: kanuka.Scene | kanuka.Group, items: Sequence[Item]) -> None:
         self.bind(items)
@@ -102,6 +103,7 @@ class Shapes:
             for name, (ours, kind) in made.primvars.items():
                 names = ST if name == "st" else (name,)
                 self.asked.update(names)
+                self.named.setdefault(name, (ours, kind))
                 for have in primvars_of(item, *names):
                     if values := primvar(have, ours, kind, self.shutter.frame, self.spaces.colors):
                         found |= {key: self.one(item, name, key, array) for key, array in values.items()}

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from .items import Above
+from .arrays import Colors, primvar
+from .items import Above, is_each
 from .motion import Shutter, together
-from .stage import Say
+from .stage import Gathered, Say
 from .transforms import Transforms, columns
 
 MOST = 9e5  # of a difference
@@ -42,12 +43,46 @@ def differences_of(prim: Usd.Prim, frame: Usd.TimeCode, count: int, say: Say) ->
     return found
 
 
+class Variables:
+    """Plain primvars of a PointInstancer that materials of its prototypes read."""
+
+    def __init__(self, prim: Usd.Prim, frame: Usd.TimeCode, colors: Colors, gathered: Gathered) -> None:
+        self.prim, self.frame, self.colors, self.gathered = prim, frame, colors, gathered
+        indices = UsdGeom.PointInstancer(prim).GetProtoIndicesAttr().Get(frame)
+        self.count = len(indices) if indices is not None else 0
+        self._found: dict[tuple[str, str, str], dict[str, np.ndarray]] = {}
+
+    def of(self, which: np.ndarray, named: dict[str, tuple[str, str]], below: bool) -> dict[str, np.ndarray]:
+        """As Scene.add_instances() takes them, of some instances. `named`: Kanuka's names and kinds of what is read;
+        `below`: the prototype inherits what is constant."""
+        found = {}
+        for name, (ours, kind) in named.items():
+            have = UsdGeom.Primvar(self.prim.GetAttribute(f"primvars:{name}"))
+            if not have or not have.HasAuthoredValue():
+                continue
+            if below and have.GetInterpolation() == UsdGeom.Tokens.constant and not is_each(have, self.frame):
+                continue
+            found |= self._values(name, ours, kind, have)
+        return {key: values[which] if len(values) > 1 else values for key, values in found.items()}
+
+    def _values(self, name: str, ours: str, kind: str, have: UsdGeom.Primvar) -> dict[str, np.ndarray]:
+        if (name, ours, kind) not in self._found:
+            made = primvar(have, ours, kind, self.frame, self.colors)
+            if not made or any(len(values) not in (1, self.count) for values in made.values()):
+                text = f"primvar {name}: materials take a {kind}, or one for each instance. It has no effect"
+                self.gathered.note(text, str(self.prim.GetPath()))
+                made = {}
+            self._found[name, ours, kind] = {key.split(" ", 1)[1]: values for key, values in made.items()}
+        return self._found[name, ours, kind]
+
+
 @dataclass
 class Placed:
-    """Instances of a prototype: matrices are (N, 3, 4), or (T, N, 3, 4) of what moves."""
+    """Instances of a prototype: matrices are (N, 3, 4), or (T, N, 3, 4) of what moves. `which`: their numbers."""
 
     prototype: Usd.Prim
     matrices: np.ndarray
+    which: np.ndarray
     differences: dict[str, np.ndarray | bool] = field(default_factory=dict)
 
 
@@ -100,7 +135,7 @@ class Instancer:
                 name: each[which] if np.size(each) > DIFFERENCES.get(name, 1) else each
                 for name, each in differences.items()
             }
-            yield Placed(prototype, matrices, own)
+            yield Placed(prototype, matrices, which, own)
 
     def places(self, count: int) -> Still | Moving | None:
         """None: there are not as many positions as instances."""

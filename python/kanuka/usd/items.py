@@ -61,7 +61,16 @@ def handed_down(prim: Usd.Prim, names: frozenset[str], here: Above) -> Above:
     return here
 
 
-def above_of(prim: Usd.Prim) -> Above:
+def is_each(found: UsdGeom.Primvar, frame: Usd.TimeCode) -> bool:
+    """Whether it is for each instance of a PointInstancer, and nothing that prims below inherit. Files leave its
+    interpolation out, which is constant then."""
+    if not found.GetAttr().GetPrim().IsA(UsdGeom.PointInstancer) or not found.GetTypeName().isArray:
+        return False
+    values = found.ComputeFlattened(frame)
+    return values is not None and len(values) > 1
+
+
+def above_of(prim: Usd.Prim, frame: Usd.TimeCode) -> Above:
     """What a prim inherits by its place in the stage, but for its matrix; for walks that do not begin at the root."""
     parent = prim.GetParent()
     if not parent or parent.IsPseudoRoot():
@@ -71,7 +80,7 @@ def above_of(prim: Usd.Prim) -> Above:
     return Above(
         purpose=str(info.purpose) if info is not None and info.isInheritable else "",
         draw_mode=str(UsdGeom.ModelAPI(parent).ComputeModelDrawMode()),
-        primvars=tuple(UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars()),
+        primvars=tuple(p for p in UsdGeom.PrimvarsAPI(parent).FindInheritablePrimvars() if not is_each(p, frame)),
     )
 
 

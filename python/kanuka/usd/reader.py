@@ -15,7 +15,7 @@ from . import draw_modes, light_limits, volumes
 from .adders import ADDERS
 from .geometry import Shapes
 from .instanced_lights import InstancedLights, Places, instanced
-from .instances import Instancer, differences_of
+from .instances import Instancer, Variables, differences_of
 from .items import IDENTITY, Above, Item, above_of, bindings_of, handed_down, moved, place_all
 from .lights import ADDERS as LIGHTS
 from .lights import Light, portals, stage_lights
@@ -52,6 +52,7 @@ class Held:
     path: Sdf.Path
     lights: Places
     normalized: str
+    asked: frozenset[str] = frozenset()  # names of primvars that its materials read
 
 
 @dataclass
@@ -265,9 +266,15 @@ class Reader:
 
     def place_instancer(self, found: Found, prim: Usd.Prim, here: Above, root: tuple[Usd.Prim, Above]) -> None:
         # What prototypes hold is made first: places of many take much memory.
+        variables = Variables(prim, self.shutter.frame, self.spaces.colors, self.gathered)
         for placed in Instancer(prim, here, root, self.shutter, self.transforms, self.say).placed():
             if (held := self.prototype_group(placed.prototype, prim)) is not None:
-                found.instances.append(Instances(held, placed.matrices, differences=placed.differences))
+                named = {name: self.shapes.named[name] for name in sorted(held.asked & set(self.shapes.named))}
+                below = placed.prototype.GetPath().HasPrefix(prim.GetPath())
+                differences = placed.differences
+                if primvars := variables.of(placed.which, named, below):
+                    differences = differences | {"primvars": primvars}
+                found.instances.append(Instances(held, placed.matrices, differences=differences))
 
     def prototype_group(self, prim: Usd.Prim, instancer: Usd.Prim) -> Held | None:
         """None: it is in itself."""
@@ -275,7 +282,7 @@ class Reader:
         if path in self._on_the_way:
             self.say("error", f"{path}: the prototype is in itself. It is left out there")
             return None
-        above = above_of(prim)
+        above = above_of(prim, self.shutter.frame)
         self.spaces.on_prims = True  # what is above it may be out of the walk's way
         self._on_the_way.add(path)
         held = self.group_of(("prototype", path), prim, self.links.path_in(instancer, prim), above, above)
@@ -303,7 +310,8 @@ class Reader:
             self.mesh_lights.last_normalized = ""
             self.fill(group, found)
         inside = [light for each in found.instances for light in each.lights()]
-        return Held(group, prim.GetPath(), found.lights + inside, self.mesh_lights.last_normalized)
+        asked = frozenset(self.shapes.asked)
+        return Held(group, prim.GetPath(), found.lights + inside, self.mesh_lights.last_normalized, asked)
 
 
 def loose_children(prim: Usd.Prim) -> list[Usd.Prim]:

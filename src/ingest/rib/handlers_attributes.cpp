@@ -272,6 +272,12 @@ static scene::Fault fault_of_difference(const Value& v) {
     return scene::fault_of(variation, 1);
 }
 
+static scene::Fault fault_of_primvar(const Value& v) {
+    scene::Variation variation;
+    variation.primvars.set(instance_primvar(v));
+    return scene::fault_of(variation, 1);
+}
+
 void attribute(Context& c, Call& call) {
     const std::string& category = call.text(0);
     for (Value& v : call.params.values) {
@@ -282,9 +288,11 @@ void attribute(Context& c, Call& call) {
             c.reports.error("Attribute kanuka", v.where,
                             "Attribute \"kanuka\": there is no \"" + v.name + "\"; there are " +
                                 scene::rib_names_of(scene::attribute_parameters(), category));
-        } else if (const scene::Fault fault = fault_of_difference(v); category == "instance" && fault) {
-            c.reports.error("Attribute instance", v.where,
-                            "Attribute \"instance\": " + *fault + "; it stays as it was");
+        } else if (const scene::Fault fault = category == "instance"           ? fault_of_difference(v)
+                                              : category == "instance:primvar" ? fault_of_primvar(v)
+                                                                               : std::nullopt) {
+            c.reports.error("Attribute " + category, v.where,
+                            "Attribute \"" + category + "\": " + *fault + "; it stays as it was");
         } else {
             v.name = name;
             c.attributes.edit(FieldUser).user.set(std::move(v));

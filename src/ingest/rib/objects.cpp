@@ -148,7 +148,7 @@ void InstanceLists::add(int group, const Transform& still, const std::vector<Tra
     std::vector<double> times;
     for (const TransformKey& k : moving)
         times.push_back(k.time);
-    List& list = lists[{group, times, difference.unique, difference.in_looks()}];
+    List& list = lists[{group, times, difference.unique, difference.in_looks(), difference.variables()}];
     if (moving.empty())
         append_3x4(list.matrices, still);
     for (const TransformKey& k : moving)
@@ -165,14 +165,29 @@ void InstanceLists::add(int group, const Transform& still, const std::vector<Tra
         list.tint.resize(3 * list.count, 1.0f);
         list.tint.insert(list.tint.end(), {difference.tint->x, difference.tint->y, difference.tint->z});
     }
+    if (list.count == 0) {
+        list.primvars = difference.primvars.values;
+        list.values.resize(list.primvars.size());
+    }
+    for (size_t k = 0; k < list.values.size(); k++) {
+        const auto& own = difference.primvars.values[k].floats;
+        list.values[k].insert(list.values[k].end(), own.begin(), own.end());
+    }
     list.count++;
+}
+
+std::string InstanceDifference::variables() const {
+    std::string all;
+    for (const scene::Value& v : primvars.values)
+        all += std::string(scene::name(v.type)) + "[" + std::to_string(v.array_size) + "] " + v.name + ";";
+    return all;
 }
 
 std::vector<scene::Group::Instances> InstanceLists::take(int& next_id) {
     std::vector<scene::Group::Instances> out;
     for (auto& [key, list] : lists) {
         scene::Group::Instances instances;
-        std::tie(instances.group, instances.times, instances.unique, std::ignore) = key;
+        std::tie(instances.group, instances.times, instances.unique, std::ignore, std::ignore) = key;
         instances.first_id = next_id;
         const size_t times = std::max<size_t>(instances.times.size(), 1), count = list.count;
         if (times > 1) { // all instances at the first time, then all at the second, …
@@ -190,18 +205,37 @@ std::vector<scene::Group::Instances> InstanceLists::take(int& next_id) {
                 values.resize(components * count, none);
             return scene::Buffer<float>(std::move(values));
         };
-        instances.variation = {each(list.variant, 1, 0), each(list.tint, 3, 1), each(list.roughness, 1, 0)};
+        instances.variation = {
+            each(list.variant, 1, 0), each(list.tint, 3, 1), each(list.roughness, 1, 0), {}};
+        for (size_t k = 0; k < list.values.size(); k++) {
+            list.primvars[k].detail = count == 1 ? scene::Detail::Constant : scene::Detail::Uniform;
+            list.primvars[k].floats = std::move(list.values[k]);
+        }
+        instances.variation.primvars.values = std::move(list.primvars);
         out.push_back(std::move(instances));
     }
     lists.clear();
     return out;
 }
 
+scene::Value instance_primvar(const scene::Value& given) {
+    scene::Value value = given;
+    if (value.name.starts_with(InstancePrimvar))
+        value.name.erase(0, InstancePrimvar.size());
+    value.detail = scene::Detail::Constant;
+    if (value.type == scene::Type::Integer) {
+        value.type = scene::Type::Float;
+        value.floats = std::vector<float>(value.ints.begin(), value.ints.end());
+        value.ints = {};
+    }
+    return value;
+}
+
 InstanceDifference Objects::difference_of(std::shared_ptr<const Attributes>& attributes) {
     constexpr std::string_view Names[] = {"instance:variant", "instance:tint", "instance:roughness",
                                           "instance:unique"};
     const auto differs = [&](const scene::Value& v) {
-        return std::ranges::find(Names, v.name) != std::end(Names);
+        return v.name.starts_with(InstancePrimvar) || std::ranges::find(Names, v.name) != std::end(Names);
     };
     if (std::ranges::none_of(attributes->user.values, differs))
         return {};
@@ -221,6 +255,10 @@ InstanceDifference Objects::difference_of(std::shared_ptr<const Attributes>& att
         if (std::isfinite(rgb.x + rgb.y + rgb.z))
             difference.tint = Rgb(std::max(rgb.x, 0.0f), std::max(rgb.y, 0.0f), std::max(rgb.z, 0.0f));
     }
+    for (const scene::Value& v : attributes->user.values)
+        if (v.name.starts_with(InstancePrimvar))
+            difference.primvars.values.push_back(instance_primvar(v));
+    std::ranges::sort(difference.primvars.values, {}, &scene::Value::name);
     auto plain = std::make_shared<Attributes>(*attributes);
     std::erase_if(plain->user.values, differs);
     if (!m_plain || !same_look(*m_plain, *plain))

@@ -41,9 +41,16 @@ struct ObjectRecord {
 struct InstanceDifference {
     std::optional<float> variant, roughness;
     std::optional<Rgb> tint;
+    scene::ValueList primvars; // constant
     bool unique = false;
-    bool in_looks() const { return variant || roughness || tint; }
+    bool in_looks() const { return variant || roughness || tint || !primvars.values.empty(); }
+    std::string variables() const; // their declarations
 };
+
+// Attribute "instance:primvar" of an instance: a variable that surface shaders read. Whole numbers are
+// floats.
+constexpr std::string_view InstancePrimvar = "instance:primvar:";
+scene::Value instance_primvar(const scene::Value& given);
 
 // Matrices of instances by group and times (none = still), instance by instance, each at all of its times.
 struct InstanceLists {
@@ -51,10 +58,12 @@ struct InstanceLists {
         std::vector<float> matrices;
         size_t count = 0;
         std::vector<float> variant, tint, roughness; // up to the last that has one
+        std::vector<scene::Value> primvars;          // as they are declared
+        std::vector<std::vector<float>> values;      // of each of these
     };
-    // By group, times, whether they are unique, and whether they say any of that: others take what is around
-    // them.
-    std::map<std::tuple<int, std::vector<double>, bool, bool>, List> lists;
+    // By group, times, whether they are unique, whether they say any of that (others take what is around
+    // them), and which variables.
+    std::map<std::tuple<int, std::vector<double>, bool, bool, std::string>, List> lists;
     void add(int group, const Transform& still, const std::vector<TransformKey>& moving,
              const InstanceDifference& difference);
     // Ids go on from `next_id`, which comes out behind the last.

@@ -162,6 +162,53 @@ TEST(RibObjects, WhatInstancesCannotDifferByIsTold) {
     }
 }
 
+TEST(RibObjects, VariablesOfInstancesAreTold) {
+    for (const auto& [attribute, text] :
+         {std::pair{"string wetness\" \"red\"", "primvars: wetness: expected a float, color, point"},
+          std::pair{"color tint\" [0 0 1]", "primvars: tint: instances have a value of that name"}}) {
+        const Parsed r(world("ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd Attribute \"instance:primvar\" \"" +
+                             std::string(attribute) + " ObjectInstance 1"));
+        EXPECT_TRUE(r.says(text)) << attribute << "\n" << r.all_messages();
+        ASSERT_EQ(r.scene.instances.size(), 1u);
+        EXPECT_TRUE(r.scene.instances[0].variation.empty());
+    }
+}
+
+// Instances that say the same variables are a list, whatever else they say.
+TEST(RibObjects, VariablesOfInstancesMakeNoLook) {
+    const Parsed r(world(
+        "ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd\nObjectInstance 1\nAttributeBegin\n"
+        "Attribute \"instance:primvar\" \"uniform float wetness\" .25 \"color leaf\" [.1 .2 .3] "
+        "ObjectInstance 1\n"
+        "Attribute \"instance\" \"float roughness\" .5 Attribute \"instance:primvar\" \"int wetness\" 1 "
+        "ObjectInstance 1\nAttributeEnd\n"
+        "Attribute \"instance:primvar\" \"vector wind\" [1 2 3] ObjectInstance 1"));
+    ASSERT_EQ(r.scene.groups.size(), 1u) << r.all_messages();
+    ASSERT_EQ(r.scene.instances.size(), 3u);
+    for (const scene::Group::Instances& in : r.scene.instances) {
+        const auto& said = in.variation.primvars;
+        if (said.values.empty())
+            continue;
+        if (const scene::Value* wind = said.find("wind")) {
+            EXPECT_EQ(wind->type, scene::Type::Vector);
+            EXPECT_EQ(wind->detail, scene::Detail::Constant);
+            EXPECT_EQ(said.values.size(), 1u);
+            continue;
+        }
+        ASSERT_EQ(in.count(), 2u);
+        const scene::Value *wetness = said.find("wetness"), *leaf = said.find("leaf");
+        ASSERT_TRUE(wetness && leaf);
+        EXPECT_EQ(std::vector<float>(wetness->floats.begin(), wetness->floats.end()),
+                  (std::vector<float>{.25f, 1}));
+        EXPECT_EQ(std::vector<float>(leaf->floats.begin(), leaf->floats.end()),
+                  (std::vector<float>{.1f, .2f, .3f, .1f, .2f, .3f}));
+        EXPECT_EQ(leaf->type, scene::Type::Color);
+        EXPECT_EQ(leaf->detail, scene::Detail::Uniform);
+        EXPECT_EQ(std::vector<float>(in.variation.roughness.begin(), in.variation.roughness.end()),
+                  (std::vector<float>{0, .5f}));
+    }
+}
+
 // Nor does what instances of one look differ by: those that say any of it are a list, the others one more.
 TEST(RibObjects, WhatInstancesDifferByMakesNoLook) {
     const Parsed r(world("ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd\nObjectInstance 1\n"

@@ -131,6 +131,11 @@ const OptionParameter Rows[] = {
                "as each place asks for; 0 = all as the closest",
       .range = NotNegative},
      at<&O::instance_levels>},
+    {{.name = "instance_variants", .rib = "kanuka:instancevariants", .flag = "instance-variants",
+      .about = "primitive variables of instances: so many of their values at most does a shape's surface run with; of "
+               "more, numbers are blended, and all others are the nearest of so many",
+      .range = {1, 64}},
+     at<&O::instance_variants>},
     {{.name = "procedural_memory", .rib = "limits:proceduralmemory", .flag = "",
       .about = "that may grow out of procedurals which wait for rays; 0 and -1 = unbounded", .unit = "MB",
       .range = {-1, 1 << 30}},
