@@ -11,6 +11,7 @@
 #include "render/instance_primvars.h"
 #include "render/motion.h"
 #include "render/prepare.h"
+#include "render/world_askers.h"
 #include "scene/counts.h"
 #include "scene/digest.h"
 
@@ -48,7 +49,8 @@ class GeometryBuilder {
                   {request.instance_levels, request.dice.shading_rate_scale}),
           m_primvars(request.scene, m_first_group, request.shading, size_t(request.instance_variants),
                      request.journal),
-          m_placer(request, out, m_views, m_primvars, m_first_group, m_key) {}
+          m_askers(request.scene, m_first_group, request.unique_up_to),
+          m_placer(request, out, {m_views, m_primvars, m_askers}, m_first_group, m_key) {}
 
     void run() {
         // The world comes last, whatever is added before it.
@@ -94,6 +96,8 @@ class GeometryBuilder {
         const auto start = Clock::now();
         for (size_t g = 0; g < scene.groups.size(); g++)
             add_group(g);
+        m_askers.choose([&](size_t g) { return m_views[g].stands_in_many; }, m_request.journal);
+        m_preparer.expect(total + m_askers.primitives());
         add_primitives(scene.primitives, scene.solids, m_request.render_from_world, nullptr, world);
         m_placer.add(scene.instances, {m_request.render_from_world}, world);
         for (const auto& in : scene.instances)
@@ -112,7 +116,7 @@ class GeometryBuilder {
         std::vector<int> levels;
         for (size_t k = 0; k <= view.coarser.size(); k++) {
             GroupView here = view;
-            here.variants = m_primvars.variants_of(g);
+            here.variants = m_primvars.variants_of(g), here.group = g;
             if (k > 0)
                 here.pixels_per_unit = view.coarser[k - 1], here.stands_in_many = false;
             bvh::GroupDesc desc;
@@ -161,6 +165,7 @@ class GeometryBuilder {
             sum += vertices_of(run[i]), before += finer[i];
         return 2 * sum <= before;
     }
+    static uint64_t bytes_of(const Prepared& p) { return p.page.words.size() * sizeof(uint32_t); }
     static uint64_t vertices_of(const Prepared& p) { return p.empty ? 0 : p.page.header().vertices; }
 
     // `vertices`: of each primitive; those of the rate before, if there was one. False: this one would have
@@ -196,15 +201,16 @@ class GeometryBuilder {
                 return false;
             }
             for (size_t i = 0; i < prepared.size(); i++) {
-                run.note(prepared[i].page.words.size() * sizeof(uint32_t));
+                run.note(bytes_of(prepared[i]));
                 if (vertices)
                     (*vertices)[begin + i] = vertices_of(prepared[i]);
                 const bool is_declared = primitives[begin + i].node != scene::NodeId::None && !again;
                 if (m_request.made_again && is_declared && prepared[i].material) // not cancelled
                     m_request.made_again->note(primitives[begin + i], std::move(prepared[i].inputs),
                                                prepared[i].reasons);
-                if (instanced && instanced->stands_in_many && prepared[i].asks_world)
-                    tell_of_world(primitives[begin + i]);
+                if (instanced && !again)
+                    m_askers.note(instanced->group, primitives[begin + i].where, prepared[i].asks_world,
+                                  vertices_of(prepared[i]), bytes_of(prepared[i]));
                 keep(prepared[i]);
                 if (!prepared[i].empty)
                     place(primitives[begin + i], prepared[i], shapes);
@@ -213,14 +219,6 @@ class GeometryBuilder {
         }
         close_run(shapes);
         return true;
-    }
-
-    void tell_of_world(const scene::Primitive& primitive) {
-        m_request.journal.report(
-            Severity::Info, primitive.where,
-            "its shader asks where in the world it is, and its instances share one shading: they look alike. "
-            "Attribute \"instance\" \"int unique\" [1], or add_instances(unique=True), shades each where it "
-            "stands");
     }
 
     // In order: which pages find room, and packs, are the same for any thread count.
@@ -410,6 +408,7 @@ class GeometryBuilder {
     Digester m_key;
     const GroupViews m_views;
     const InstancePrimvars m_primvars;
+    WorldAskers m_askers;
     InstancePlacer m_placer;
     DeInstancer m_de_instancer;
     std::vector<bool> m_shines; // of the scene's groups, with all in them

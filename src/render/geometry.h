@@ -63,6 +63,7 @@ struct GeometryRequest {
     MadeAgain* made_again = nullptr;        // with `pages`; null = nobody asks why
     float instance_levels = 0;              // of detail: scene::Options has the same, as of the next two
     int instance_variants = 8;
+    uint64_t unique_up_to = 0;
 };
 
 // Thread count changes nothing in what is built.

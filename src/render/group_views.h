@@ -30,6 +30,7 @@ struct GroupView {
     Vec3f center{0, 0, 0};
     bool stands_in_many = false;                // still places
     std::span<const scene::ValueList> variants; // InstancePrimvars::variants_of
+    size_t group = 0;                           // of the scene's
 };
 
 // A level of detail that an instance shows, the finest is 0, and which paths see it.

@@ -21,13 +21,14 @@ std::vector<int32_t> some_of(const std::vector<int32_t>& rows, const std::vector
 
 } // namespace
 
-InstancePlacer::InstancePlacer(const GeometryRequest& request, Geometry& out, const GroupViews& views,
-                               const InstancePrimvars& primvars, size_t first_group, Digester& key)
-    : m_request(request), m_out(out), m_views(views), m_primvars(primvars), m_first_group(first_group),
-      m_key(key), m_variations(request.palette, out.variations) {}
+InstancePlacer::InstancePlacer(const GeometryRequest& request, Geometry& out, const Known& known,
+                               size_t first_group, Digester& key)
+    : m_request(request), m_out(out), m_views(known.views), m_primvars(known.primvars),
+      m_askers(known.askers), m_first_group(first_group), m_key(key),
+      m_variations(request.palette, out.variations) {}
 
 bool InstancePlacer::takes_apart(const scene::Group::Instances& in) const {
-    return are_unique(in) && size_t(in.group) >= m_first_group;
+    return (are_unique(in) && size_t(in.group) >= m_first_group) || m_askers.takes_apart(in);
 }
 
 void InstancePlacer::add(const std::vector<scene::Group::Instances>& all, const Parent& parent,

@@ -8,14 +8,20 @@
 #include "render/group_views.h"
 #include "render/instance_primvars.h"
 #include "render/variations.h"
+#include "render/world_askers.h"
 
 namespace kanuka::render {
 
 class InstancePlacer {
   public:
+    struct Known { // of the scene
+        const GroupViews& views;
+        const InstancePrimvars& primvars;
+        const WorldAskers& askers;
+    };
     // `first_group`: number of the scene's first group. All must outlive this.
-    InstancePlacer(const GeometryRequest& request, Geometry& out, const GroupViews& views,
-                   const InstancePrimvars& primvars, size_t first_group, Digester& key);
+    InstancePlacer(const GeometryRequest& request, Geometry& out, const Known& known, size_t first_group,
+                   Digester& key);
     struct Parent {
         Transform render_from_parent = {}; // of a group: as it is built, from the group; a translation
         int group = -1;                    // of the scene's, from the first on; -1 = the world
@@ -47,6 +53,7 @@ class InstancePlacer {
     Geometry& m_out;
     const GroupViews& m_views;
     const InstancePrimvars& m_primvars;
+    const WorldAskers& m_askers;
     const size_t m_first_group;
     Digester& m_key;
     VariationTable m_variations;

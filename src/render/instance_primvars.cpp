@@ -1,11 +1,14 @@
 #include "render/instance_primvars.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "base/tasks.h"
 #include "render/de_instance.h"
+#include "render/value_clusters.h"
 
 namespace kanuka::render {
 

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "render/value_clusters.h"
 #include "scene/scene.h"
 #include "shade/shade.h"
 

@@ -107,8 +107,8 @@ struct Making {
     Making(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats, Kept* kept)
         : records_oracle(o.records_oracle), job(job_of(scene, o, journal, stats)),
           window(crop_window(job.options.crop, job.options.width, job.options.height)) {
-        if (records_oracle)
-            job.options.instance_levels = 0; // its factors are over the finest
+        if (records_oracle) // its factors are over the finest, and of what is declared
+            job.options.instance_levels = 0, job.options.unique_up_to = 0;
         refuse_what_cannot_fit(window, job.aovs.count(), job.memory, blocks_kept(job));
         world.emplace(job, kept);
         lighting.emplace(job, *world);
@@ -394,6 +394,7 @@ std::vector<SurfaceGroup> read_surfaces(const scene::Scene& scene, const Overrid
     const paged_memory::Hold hold(job.memory_budget);
     job.progress = &progress;
     job.options.instance_levels = 0; // models have one
+    job.options.unique_up_to = 0;    // and groups as they are declared
     if (overrides.delayed)
         journal.warning(job.where(),
                         "procedurals that wait for rays are left out, since there are none: load the "

@@ -187,6 +187,7 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
     request.oracle = m_oracle ? &*m_oracle : nullptr;
     request.instance_levels = m_oracle ? 0 : m_job.options.instance_levels;
     request.instance_variants = m_job.options.instance_variants;
+    request.unique_up_to = uint64_t(m_job.options.unique_up_to);
     if (m_has_keys) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;
@@ -292,6 +293,7 @@ uint64_t World::add_part(const scene::Scene& part) {
     m_linking->add(part, m_job.journal);
     GeometryRequest request = request_for(part);
     request.oracle = nullptr; // ids of what rays have met go by the order in which they did
+    request.unique_up_to = 0; // which would be of each part
     extend_geometry(request, *m_geometry);
     return resident_bytes();
 }

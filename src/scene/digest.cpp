@@ -167,14 +167,14 @@ void put(Digester& d, const Options& options) {
                  filter_where, exposure_gain, exposure_gamma, color, samples, adaptive, max_depth,
                  volume_depth, light_samples, integrator, transport, clamp_direct, clamp_indirect,
                  geometry_tolerance, normal_tolerance, watertight, instance_levels, instance_variants,
-                 procedural_memory, seed, strict_directions, specular, array_room, shader_path, texture_path,
-                 archive_path, displays, imager, shutter_open, shutter_close, shutter_opening, user] =
-        options;
+                 unique_up_to, procedural_memory, seed, strict_directions, specular, array_room, shader_path,
+                 texture_path, archive_path, displays, imager, shutter_open, shutter_close, shutter_opening,
+                 user] = options;
     d(width, height, pixel_aspect, crop, filter, filter_width, filter_values, filter_cells, color, adaptive,
       max_depth, volume_depth, light_samples, integrator, transport, clamp_direct, clamp_indirect,
-      geometry_tolerance, normal_tolerance, watertight, instance_levels, instance_variants, procedural_memory,
-      seed, strict_directions, specular, array_room, shader_path, texture_path, archive_path, shutter_open,
-      shutter_close, shutter_opening, user);
+      geometry_tolerance, normal_tolerance, watertight, instance_levels, instance_variants, unique_up_to,
+      procedural_memory, seed, strict_directions, specular, array_room, shader_path, texture_path,
+      archive_path, shutter_open, shutter_close, shutter_opening, user);
 }
 Digest digest_of_lights(const Scene& scene) {
     return Digester()(scene.lights, scene.light_shaders, scene.coordinate_systems).digest();

@@ -381,6 +381,9 @@ struct Options {
     // What surfaces are shaded with at most of the values of instances' variables; others are blended, or the
     // nearest.
     int instance_variants = 8;
+    // Instances whose shaders ask where in the world they are become things of their own, of up to so many
+    // vertices; 0 = none does by itself.
+    int unique_up_to = 4000000;
     int procedural_memory =
         0; // MB that may grow out of procedurals which wait for rays; 0 or less = unbounded
     uint32_t seed = 0;

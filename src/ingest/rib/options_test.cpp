@@ -67,7 +67,7 @@ TEST(RibOptions, Kanuka) {
         "Option \"kanuka\" \"float geometrytolerance\" 0.5 \"normaltolerance\" [7] \"integer maxdepth\" 3 "
         "\"progressions\" [64] \"string integrator\" \"volpath\" \"seed\" 9 "
         "\"integer watertight\" 0 \"float instancelevels\" 2 "
-        "\"integer instancevariants\" 16\n" +
+        "\"integer instancevariants\" 16 \"integer uniqueupto\" 1000\n" +
         world("Sphere 1 -1 1 360"));
     EXPECT_SILENT(r);
     EXPECT_EQ(r.scene.options.geometry_tolerance, 0.5f);
@@ -77,6 +77,7 @@ TEST(RibOptions, Kanuka) {
     EXPECT_FALSE(r.scene.options.watertight);
     EXPECT_EQ(r.scene.options.instance_levels, 2);
     EXPECT_EQ(r.scene.options.instance_variants, 16);
+    EXPECT_EQ(r.scene.options.unique_up_to, 1000);
     EXPECT_EQ(r.scene.options.integrator, "volpath");
     EXPECT_EQ(r.scene.options.seed, 9u);
     const Parsed bad("Option \"kanuka\" \"float geometrytolerance\" -1 \"string integrater\" \"x\" \"string "

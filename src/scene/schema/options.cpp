@@ -136,6 +136,11 @@ const OptionParameter Rows[] = {
                "more, numbers are blended, and all others are the nearest of so many",
       .range = {1, 64}},
      at<&O::instance_variants>},
+    {{.name = "unique_up_to", .rib = "kanuka:uniqueupto", .flag = "unique-up-to",
+      .about = "instances whose shaders ask where in the world they are become things of their own, if these have no "
+               "more vertices together; 0 = none does, unless it says `unique`",
+      .range = {0, 2147483647.0}},
+     at<&O::unique_up_to>},
     {{.name = "procedural_memory", .rib = "limits:proceduralmemory", .flag = "",
       .about = "that may grow out of procedurals which wait for rays; 0 and -1 = unbounded", .unit = "MB",
       .range = {-1, 1 << 30}},
