@@ -78,6 +78,8 @@ struct LoggedVertex {
     float lights_hit = 0, emitted = 0, light_samples = 0;
 };
 
+struct PilotBatch;
+
 // A rectangle of pixels, at most BatchSize of them, at one progression.
 struct BatchRequest {
     int x0, y0, x1, y1;
@@ -89,6 +91,8 @@ struct BatchRequest {
     // Of pixel (0, 0), a flag a pixel: pixels of 0 take no sample. Null = all take one.
     const uint8_t* takes_part = nullptr;
     uint32_t first = 0; // progression of all that are gathered: what it hits names the pixel
+    // Not null: one row of pixels, which are those places, and all is told to it instead of `pixels`.
+    PilotBatch* pilot = nullptr;
     // Of pixel (0, 0): what pixels have gathered beside `pixels`, to compare samples with. Null = nothing.
     const PixelSums* before = nullptr;
 

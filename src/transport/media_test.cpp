@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "transport/roulette.h"
 #include "transport/test_media.h"
 
 namespace kanuka::transport {
@@ -376,7 +377,8 @@ TEST(NestedDielectrics, CameraInside) {
 // The plain estimator sees the same: it shares the particles, and knows no light sampling at surfaces. Its
 // half of paths for smooth lobes is doubled at each, so one ball of glass is what its noise allows.
 TEST(Media, AgreesWithTheReference) {
-    const auto picture = [](const char* integrator, bool ball, int progressions) {
+    const auto picture = [](const char* integrator, bool ball, int progressions,
+                            const RouletteFactors* factors = nullptr) {
         TestScene s;
         const int fog = s.store.add_interior(medium(Rgb(0.1f), Rgb(0.3f, 0.6f, 1), 0.4f, 1, -1)),
                   milk = s.store.add_interior(medium(Rgb(0.05f, 0.1f, 0.3f), Rgb(1, 2, 3), 0.4f, 1.33f, 0));
@@ -391,9 +393,13 @@ TEST(Media, AgreesWithTheReference) {
         s.inputs.integrator = IntegratorChoice::parse(integrator);
         s.finish();
         s.view.settings.roulette_depth = 1000;
+        s.view.settings.roulette = factors;
         return s.estimate(progressions, 12);
     };
-    expect_same(picture("path", false, 32), picture("reference", false, 64), 0.01, "fog");
+    const RouletteFactors factors{{1, 0.5f, 0.3f, 2, 0.5f, 0.7f, 1, 1}};
+    const auto fog = picture("reference", false, 64);
+    expect_same(picture("path", false, 32), fog, 0.01, "fog");
+    expect_same(picture("path", false, 32, &factors), fog, 0.01, "fog, by roulette");
     expect_same(picture("path", true, 32), picture("reference", true, 256), 0.01, "milk in fog");
 }
 

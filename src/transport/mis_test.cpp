@@ -3,6 +3,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 
+#include "transport/roulette.h"
 #include "transport/test_scene.h"
 
 namespace kanuka::transport {
@@ -306,7 +307,7 @@ TEST(Dispersion, NoneIsPlainGlass) {
 // ---- roulette
 
 TEST(Roulette, ChangesNoMean) {
-    const auto room = [](int roulette_depth, bool dispersive) {
+    const auto room = [](int roulette_depth, const RouletteFactors* factors, bool dispersive) {
         TestScene s;
         const Vec3f x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
         const auto wall = [&](Vec3f p, Vec3f a, Vec3f b, const Rgb& c) { s.add_quad(p, a, b, {matte(c)}); };
@@ -319,14 +320,18 @@ TEST(Roulette, ChangesNoMean) {
         s.inputs.max_depth = 24;
         s.finish();
         s.view.settings.roulette_depth = roulette_depth;
+        s.view.settings.roulette = factors;
         return s.estimate(16, 10);
     };
     for (bool dispersive : {false, true}) {
-        const auto always = room(1, dispersive), never = room(1000, dispersive);
-        for (int c = 0; c < 3; c++)
-            EXPECT_NEAR(always.channel[c].mean(), never.channel[c].mean(),
-                        0.002 * never.channel[c].mean() +
-                            4.5 * std::hypot(always.channel[c].error(), never.channel[c].error()));
+        const RouletteFactors factors{{1.5f, 0.7f, 1, 3, 0.3f, 0.5f, 1, 2}};
+        const auto always = room(1, nullptr, dispersive), never = room(1000, nullptr, dispersive),
+                   learned = room(1000, &factors, dispersive);
+        for (const auto& some : {always, learned})
+            for (int c = 0; c < 3; c++)
+                EXPECT_NEAR(some.channel[c].mean(), never.channel[c].mean(),
+                            0.002 * never.channel[c].mean() +
+                                4.5 * std::hypot(some.channel[c].error(), never.channel[c].error()));
     }
 }
 

@@ -17,6 +17,7 @@
 namespace kanuka::transport {
 
 class FootprintLog;
+struct RouletteFactors;
 
 inline constexpr float Unclamped = std::numeric_limits<float>::infinity();
 
@@ -37,8 +38,9 @@ struct SettingsView {
     float clamp_direct = Unclamped, clamp_indirect = Unclamped; // most radiance of one contribution
     int max_depth = 8;                                          // surface events of a path
     int volume_depth = 1024;                                    // events inside of media
-    int light_samples = 1; // of a surface hit, of each of LightsView::samples
-    int roulette_depth = 4;
+    int light_samples = 1;                     // of a surface hit, of each of LightsView::samples
+    int roulette_depth = 4;                    // where none has been learned
+    const RouletteFactors* roulette = nullptr; // from progression 1 on; null = none have been learned
     // false: paths end where they come from anything but the camera and smooth lobes
     bool interreflection = true;
     // Densities differ between wavelengths: something disperses, or scatters inside.

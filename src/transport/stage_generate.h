@@ -8,6 +8,7 @@
 #include "transport/kernel.h"
 #include "transport/media.h"
 #include "transport/path_state.h"
+#include "transport/roulette.h"
 #include "transport/wavelengths.h"
 
 namespace kanuka::transport {
@@ -161,7 +162,12 @@ void generate(const SceneView& scene, const BatchRequest& request, BatchState& b
         for (int k = 0; k < W; k++)
             y.v[k] = std::min(first + k, count - 1) / width;
         const I column = min(I::lane_index() + I(first), I(count - 1)) - y * I(width);
-        const I px = column + I(request.x0), py = y + I(request.y0);
+        I px = column + I(request.x0), py = y + I(request.y0);
+        if (request.pilot)
+            for (int k = 0; k < W; k++) {
+                const PilotBatch::Place& place = request.pilot->places[size_t(column[k])];
+                px.v[k] = place.x, py.v[k] = place.y;
+            }
         const I pixel = pixel_seed(px, py, scene.settings.seed);
         const Sampler<W> sampler{pixel, batch.reversed_progression};
         const FilmPlace<W> film(cam, sampler, px, py);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "transport/play_roulette.h"
 #include "transport/stage_intersect.h"
 #include "transport/surface_hit.h"
 
@@ -132,16 +133,11 @@ class MediumStage {
 
         F u_part, u0, u1;
         sampler.sample_3d(bounce_net(m_bounce, Net::Scatter), u0, u1, u_part);
-        const F u_roulette = sampler.sample_1d(bounce_net(m_bounce, Net::Roulette));
         const V wi = normalize(bsdf::sample_phase(phase, d, u_part, u0, u1));
         const F density = max(bsdf::eval_phase(phase, dot(d, wi)), F(1e-20f));
         M m = going;
         S throughput = weights.throughput;
-        if (m_bounce >= m_scene.settings.roulette_depth) { // no upper bound as at surfaces: clouds take long
-            const F keep = bsdf::max_component(throughput) * F(float(Wavelengths)) / weights.ratios();
-            m &= u_roulette < keep;
-            throughput = throughput * (F(1.0f) / clamp(keep, F(1e-6f), F(1.0f)));
-        }
+        Roulette<W>(m_scene.settings, sampler, m_bounce, true).play(throughput, weights.ratios(), m);
         m &= !(bsdf::mean(throughput) <= F(0.0f));
         const uint32_t bits = m.bits();
         if (!bits)

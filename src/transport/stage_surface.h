@@ -3,6 +3,7 @@
 #pragma once
 
 #include "transport/kernel.h"
+#include "transport/play_roulette.h"
 #include "transport/surface_light.h"
 
 namespace kanuka::transport {
@@ -127,23 +128,16 @@ class SurfaceStage : public SurfaceLight<W> {
         cast_to_light(s, light, f, contribution, m, {}, m_at.batch.reversed_progression);
     }
 
-    // The probability that roulette continues a path. The square root keeps more of the dim ones: what it
-    // adds to the time is less than what it takes from the noise (docs/transport.md, "Where the time goes").
-    static F survival(const S& throughput, F ratios) {
-        const F relative = bsdf::max_component(throughput) * F(float(Wavelengths)) / ratios;
-        return min(sqrt(relative), F(0.95f));
-    }
     // through: only what goes straight on counts.
     void sample_direction(const Scattering<W>& at, M active, M through) {
         const SurfaceHit<W>& h = at.h;
-        F u_lobe, u_roulette(0.0f), u0, u1;
+        F u_lobe, u0, u1;
         at.sampler.sample_3d(bounce_net(m_at.number, Net::Scatter), u0, u1, u_lobe);
-        if (m_at.number >= m_at.scene.settings.roulette_depth)
-            u_roulette = at.sampler.sample_1d(bounce_net(m_at.number, Net::Roulette));
+        const Roulette<W> roulette(m_at.scene.settings, at.sampler, m_at.number, false);
         const DirectionSample<W> s = at.sample(u_lobe, u0, u1, active | through);
         if (h.code.straight) {
             const M straight = (active | through) & at.material.goes_straight(s);
-            go_straight(at, &u_roulette, F(1.0f), straight);
+            go_straight(at, &roulette, F(1.0f), straight);
             active &= !straight;
         }
         const V wi = normalize(h.to_world(s.wi));
@@ -164,19 +158,14 @@ class SurfaceStage : public SurfaceLight<W> {
             }
         }
         const F mis = select(s.delta, F(0.0f), ratios * inv_pdf * light_samples());
-        // Roulette by the path's throughput, relative to its start.
-        if (m_at.number >= m_at.scene.settings.roulette_depth) {
-            const F keep = survival(throughput, next_ratios);
-            m &= u_roulette < keep;
-            throughput = throughput * (F(1.0f) / max(keep, F(1e-6f)));
-        }
+        roulette.play(throughput, next_ratios, m);
         m &= !(bsdf::mean(throughput) <= F(0.0f));
         leave(at, wi, s.through, throughput, ratio, mis, m);
     }
 
     // Through a thin wall. `chance`: that it is taken at all, beside that of the material's choice;
-    // `u_roulette`: null = there is none.
-    void go_straight(const Scattering<W>& at, const F* u_roulette, F chance, M m) {
+    // `roulette`: null = there is none.
+    void go_straight(const Scattering<W>& at, const Roulette<W>* roulette, F chance, M m) {
         const SurfaceHit<W>& h = at.h;
         if (!any(m))
             return;
@@ -190,11 +179,8 @@ class SurfaceStage : public SurfaceLight<W> {
             ratio[k] *= v.pdf[k] * inv_pdf;
             ratios += ratio[k];
         }
-        if (u_roulette && m_at.number >= m_at.scene.settings.roulette_depth) {
-            const F keep = survival(throughput, ratios);
-            m &= *u_roulette < keep;
-            throughput = throughput * (F(1.0f) / max(keep, F(1e-6f)));
-        }
+        if (roulette)
+            roulette->play(throughput, ratios, m);
         m &= !(bsdf::mean(throughput) <= F(0.0f));
         // Who looks through sees what lies behind as in a mirror, not as the camera does.
         const I events = gather(m_at.paths.events, h.slot) & I(Events::Camera - 1);

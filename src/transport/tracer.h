@@ -46,6 +46,8 @@ class Tracer {
             m->batch.shares->begin((request.x1 - request.x0) * (request.y1 - request.y0));
         if (m->batch.lobes)
             m->batch.lobes->begin();
+        if (request.pilot)
+            request.pilot->begin();
     }
     int bounce() const { return m_bounce; }
     int count() const { return m->paths[m_bounce & 1].count; } // paths that live
@@ -55,6 +57,8 @@ class Tracer {
     // Closest hits. Paths that miss take the environment's light along, all take that of lights they pass.
     void intersect() {
         m_counts->rays += uint64_t(count());
+        if (m_request->pilot)
+            m_request->pilot->count_rays(*paths());
         m->batch.limit = limit(m_bounce);
         m->shadow_rays.count = 0;
         transport::intersect<W>(scene, m->batch, *paths(), m_bounce, m->hits, m->runs, m->shadow_rays,
@@ -96,10 +100,16 @@ class Tracer {
         occlude<W>(scene, m->batch, m->shadow_rays, m_walls.get(), m->rays);
         if (m_request->log)
             m_request->log->back().light_samples = added();
+        if (PilotBatch* pilot = m_request->pilot) {
+            pilot->count_rays({m->shadow_rays.path, size_t(m->shadow_rays.count)});
+            pilot->depart(*next(), scene.settings.keeps_ratios, m->batch.radiance[0], m_bounce);
+        }
         m_bounce++;
     }
     void finish() {
         const BatchRequest& r = *m_request;
+        if (r.pilot)
+            return r.pilot->finish(m->batch.radiance[0]);
         transport::finish<W>(scene, m->batch, (r.x1 - r.x0) * (r.y1 - r.y0), r, *m_counts);
     }
 

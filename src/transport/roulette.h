@@ -1,0 +1,54 @@
+// Russian roulette that fits the scene: by what, and what paths are to tell for it.
+//
+// A path ends best where what it still costs is large for what it still brings. With the throughput b of a
+// path at bounce d, relative to its start, the survival that makes variance times cost least is b sqrt(E[L²]
+// / C_d) / sqrt(V / C): L is the light that a path of throughput one gathers from there on, C_d what that
+// costs, V and C the variance and the cost of whole paths (Bolin and Meyer 1997; Veach 1997, section 10.4;
+// Rath et al. 2022).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kanuka::transport {
+
+struct PathQueue;
+
+// A path goes on after bounce d with the probability min(1, at[d] b).
+struct RouletteFactors {
+    static constexpr int Depths = 8;
+    std::array<float, Depths> at; // the last is that of all bounces that follow
+    float operator[](int bounce) const { return at[size_t(std::min(bounce, Depths - 1))]; }
+};
+
+// Paths of a pilot: where they start, and what they did. Adds nothing to any pixel.
+struct PilotBatch {
+    struct Place {
+        int x, y; // a pixel
+    };
+    struct Path {
+        float light = 0; // radiance, as contributions have it
+        int rays = 0;    // of all kinds
+    };
+    // A path went on after a bounce. Light and rays: of the path up to there.
+    struct Departure {
+        int path, bounce;
+        float throughput;
+        Path until;
+    };
+    std::span<const Place> places;
+    std::vector<Path> paths; // one a place
+    std::vector<Departure> departures;
+
+    void begin();
+    void count_rays(const PathQueue& queue);
+    void count_rays(std::span<const int32_t> paths_of_rays);
+    // The paths of the queue have left `bounce`. radiance: four values a path.
+    void depart(const PathQueue& next, bool keeps_ratios, const float* radiance, int bounce);
+    void finish(const float* radiance);
+};
+
+} // namespace kanuka::transport
