@@ -175,7 +175,7 @@ figures |= {name: picture.stats["count"][name] for name in ("micropolygons", "tr
 figures["samples"] = samples
 figures["settings"] = {
     "sampler": "nets, Owen's scrambling",
-    "roulette": "from bounce 4 on, kept by 0.95 at most",
+    "roulette": "learned by a pilot",
     "depth": scene.options.max_depth,
     "clamps": 0,
 }

@@ -244,6 +244,10 @@ nb::object stats_dict(const Picture& p) {
     count["procedurals_read"] = s.count.procedurals_read.load();
     count["fireflies"] = s.count.fireflies.load();
     all["fireflies"] = fireflies(s);
+    nb::list factors;
+    for (const float factor : s.roulette)
+        factors.append(factor);
+    all["roulette"] = factors;
     bytes["grids"] = s.bytes.grids;
     bytes["lobe_inputs"] = s.bytes.lobe_inputs;
     bytes["bvh"] = s.bytes.bvh;

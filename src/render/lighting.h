@@ -19,6 +19,8 @@ class Lighting {
     void build();
     // The geometry has grown.
     void refresh();
+    // Until refresh(). null = roulette as it is where nothing is known of the scene.
+    void play_roulette(const transport::RouletteFactors* factors) { m_data.view.settings.roulette = factors; }
 
     const transport::SceneView& view() const { return m_data.view; }
     Digest key() const; // of all lights, with the pictures and tables that they have

@@ -32,6 +32,9 @@ bool Tracing::run(int end) {
                               m_lighting.view().camera.filter.weighted());
             to = std::min(to, Accumulator::next_decision(from));
         }
+        if (to > 1 && !m_has_learned &&
+            !tasks::unless_cancelled(m_job.progress->cancelled, [&] { learn_roulette(); }))
+            break;
         std::vector<size_t> todo(m_gathered.buckets());
         std::iota(todo.begin(), todo.end(), size_t(0));
         // Buckets whose paths have met procedurals that are not read are done again when they are.
@@ -50,6 +53,25 @@ bool Tracing::run(int end) {
             note_first_pixels();
     }
     return m_gathered.least_done() >= end;
+}
+
+void Tracing::learn_roulette() {
+    if (transport::RoulettePilot::is_wanted(m_lighting.view().settings)) {
+        transport::RoulettePilot pilot(m_job.options.width, m_job.options.height);
+        do {
+            m_lighting.play_roulette(&transport::RoulettePilot::Weak);
+            tasks::parallel_for(pilot.batches(), [&](size_t b) {
+                std::unique_ptr<transport::Kernel> kernel = take_kernel();
+                m_job.stats->count.rays += pilot.trace(b, *kernel);
+                give_kernel(std::move(kernel));
+            });
+        } while (m_world.on_demand() && extend()); // paths have met procedurals that are read now
+        m_roulette = pilot.learn();
+        if (m_roulette)
+            m_job.stats->roulette.assign(m_roulette->at.begin(), m_roulette->at.end());
+    }
+    m_has_learned = true;
+    m_lighting.play_roulette(m_roulette ? &*m_roulette : nullptr);
 }
 
 void Tracing::note_first_pixels() {
@@ -99,6 +121,7 @@ bool Tracing::extend() {
     m_job.aovs.find(m_world.geometry().store.programs(), m_job.scene.file, unheard);
     m_kernels.clear();
     m_lighting.refresh();
+    m_lighting.play_roulette(m_roulette ? &*m_roulette : nullptr);
     return true;
 }
 

@@ -4,11 +4,13 @@
 #include <climits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "render/accumulator.h"
 #include "render/lighting.h"
 #include "transport/kernel.h"
+#include "transport/roulette_pilot.h"
 
 namespace kanuka::render {
 
@@ -29,6 +31,8 @@ class Tracing {
     // was.
     bool trace(size_t bucket, int to);
     bool extend();
+    // Where paths are to end: before the second progression, so that the first picture does not wait.
+    void learn_roulette();
     void note_first_pixels();
     void count(const transport::BatchCounts& c);
     std::unique_ptr<transport::Kernel> take_kernel();
@@ -41,6 +45,8 @@ class Tracing {
     std::atomic<uint64_t> m_finished{0}, m_work{1};    // samples of buckets, for the progress
     transport::BatchCounts m_fireflies;                // those alone
     std::pair<int, int> m_first_nan{INT_MAX, INT_MAX}; // y, x
+    bool m_has_learned = false;
+    std::optional<transport::RouletteFactors> m_roulette;
     std::mutex m_mutex;
     std::vector<std::unique_ptr<transport::Kernel>> m_kernels;
 };

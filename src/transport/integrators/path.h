@@ -6,7 +6,9 @@
 
 namespace kanuka::transport::path {
 
-inline constexpr IntegratorInfo info{"light over any number of bounces; for pictures that count"};
+inline constexpr IntegratorInfo info{
+    "light over any number of bounces; for pictures that count",
+    {{{"roulette", 1, "1: paths end where a pilot has found that it pays; 0: by their throughput alone"}}}};
 
 template <int W>
 struct Integrator {
