@@ -37,7 +37,7 @@ class Roulette {
     // relative: the throughput of a path, relative to its start.
     F survival(F relative) const {
         if (m_factors)
-            return min(F((*m_factors)[m_bounce]) * relative, F(1.0f));
+            return min(F(m_factors->after(m_bounce, m_in_medium)) * relative, F(1.0f));
         if (m_in_medium) // no upper bound as at surfaces: clouds take long
             return min(relative, F(1.0f));
         // The square root keeps more of the dim ones: what it adds to the time is less than what it takes

@@ -17,11 +17,18 @@ namespace kanuka::transport {
 
 struct PathQueue;
 
-// A path goes on after bounce d with the probability min(1, at[d] b).
+// A path goes on after bounce d with the probability min(1, after(d) b).
 struct RouletteFactors {
     static constexpr int Depths = 8;
     std::array<float, Depths> at; // the last is that of all bounces that follow
-    float operator[](int bounce) const { return at[size_t(std::min(bounce, Depths - 1))]; }
+    // Over what the formula says. Paths that survive too often cost a little, too seldom much; and samples of
+    // a net have less variance together than those that the pilot sees one by one (docs/transport.md). In
+    // media, where walks are long and nets order little, there is none.
+    static constexpr float Margin = 2.5f;
+    float after(int bounce, bool in_medium) const {
+        const float factor = at[size_t(std::min(bounce, Depths - 1))];
+        return in_medium ? std::max(factor / Margin, 1.0f) : factor;
+    }
 };
 
 // Paths of a pilot: where they start, and what they did. Adds nothing to any pixel.

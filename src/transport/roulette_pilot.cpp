@@ -123,7 +123,8 @@ class Learner {
             const Sums& s = m_sums[d];
             if (s.count >= FewestDepartures && s.throughput > 0) {
                 const double worth = s.light / s.throughput / std::max(s.rays / double(s.count), 1.0);
-                factor = RoulettePilot::Margin * std::sqrt(worth / std::max(m_variance / m_rays, 1e-30));
+                factor =
+                    double(RouletteFactors::Margin) * std::sqrt(worth / std::max(m_variance / m_rays, 1e-30));
             } else if (d == 0) {
                 return {};
             } // else as after the bounce before

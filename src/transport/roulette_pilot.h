@@ -27,9 +27,6 @@ class RoulettePilot {
     // enough that paths in media end.
     static constexpr RouletteFactors Weak{{1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 4}};
     static constexpr int Samples = 4; // a place: by what they differ, paths have variance
-    // Over what the formula says. Paths that survive too often cost a little, too seldom much; and samples of
-    // a net have less variance together than those that the pilot sees one by one (docs/transport.md).
-    static constexpr double Margin = 2.5;
 
   private:
     int m_across, m_down; // places

@@ -41,12 +41,12 @@ TEST(RoulettePilot, FindsWhatWalksAreWorth) {
     const double mean = p / (1 - a * (1 - p)),
                  square = p / (1 - a * a * (1 - p)); // of a path of throughput 1
     const double variance = a * a * (square - mean * mean), rays = 1 + 1 / p;
-    const double factor = RoulettePilot::Margin * std::sqrt(square / (1 / p) / (variance / rays));
+    const double factor = RouletteFactors::Margin * std::sqrt(square / (1 / p) / (variance / rays));
     for (double light : {1.0, 1000.0, 1e-4}) {
         const auto learned = learn_roulette(walks(a, p, light, 7), Samples, Across);
         ASSERT_TRUE(learned);
         for (int d = 0; d < 4; d++) // the same in any unit of light
-            EXPECT_NEAR((*learned)[d], factor, 0.06 * factor) << d << ", " << light;
+            EXPECT_NEAR(learned->after(d, false), factor, 0.06 * factor) << d << ", " << light;
     }
 }
 
@@ -98,8 +98,9 @@ TEST(RoulettePilot, FindsWhatASheetIsWorth) {
     const double a = 0.6;
     const auto learned = sheet(a, 8);
     ASSERT_TRUE(learned);
-    const double expected = RoulettePilot::Margin * std::sqrt(0.5 / (a * a / 3 / 2));
-    EXPECT_NEAR((*learned)[0], expected, 0.005 * expected);
+    const double expected = RouletteFactors::Margin * std::sqrt(0.5 / (a * a / 3 / 2));
+    EXPECT_NEAR(learned->after(0, false), expected, 0.005 * expected);
+    EXPECT_NEAR(learned->after(0, true), expected / RouletteFactors::Margin, 0.005 * expected);
     for (int lanes : {1, 16})
         EXPECT_EQ(sheet(a, lanes)->at, learned->at) << lanes;
 }
