@@ -114,7 +114,7 @@ struct TracedMesh {
     // are the fibre's.
     std::vector<float> radius;
     std::vector<std::vector<float>> later_radius; // the same for every Grid::Step
-    bool balls = false; // such segments end where they begin: each vertex is a ball
+    bool balls = false;                           // such segments end where they begin: each vertex is a ball
     // Closed around, but one layer of its material: what lets light through does so once (see
     // LayeringProgram::is_layer).
     bool around = false;

@@ -337,11 +337,11 @@ class RayQueue {
         const uint8_t* at = page_of(s).bytes() + byte_of(ref);
         _mm_prefetch(reinterpret_cast<const char*>(at), _MM_HINT_T0);
         _mm_prefetch(reinterpret_cast<const char*>(at + 64 * leaf), _MM_HINT_T0); // a leaf has two lines
-        if (changes(s)) { // or four
+        if (changes(s)) {                                                         // or four
             _mm_prefetch(reinterpret_cast<const char*>(at + 128), _MM_HINT_T0);
             _mm_prefetch(reinterpret_cast<const char*>(at + 192), _MM_HINT_T0);
         }
-        waiting.at_node[waiting.nodes] = &s, waiting.nodes += 1 - leaf;           // no branch: it is either
+        waiting.at_node[waiting.nodes] = &s, waiting.nodes += 1 - leaf; // no branch: it is either
         waiting.at_leaf[waiting.leaves] = &s, waiting.leaves += leaf;
     }
 
