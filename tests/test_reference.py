@@ -123,7 +123,8 @@ def test_the_manual_lists_all() -> None:
         ("ao:radius=1", "there are distance"),
         ("ao:distance=far", "write distance=NUMBER"),
         ("ao:distance", "write distance=NUMBER"),
-        ("path:distance=1", "it has none"),
+        ("direct:distance=1", "it has none"),
+        ("path:distance=1", "there are roulette"),
     ],
 )
 def test_a_wrong_integrator_says_what_would_do(text: str, says: str) -> None:
