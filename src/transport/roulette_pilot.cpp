@@ -14,7 +14,8 @@ constexpr int PixelsApart = 4;                // at least: in small pictures a p
 constexpr size_t PlacesOfBatch = 128;
 // Of the net, far behind all that pictures have: what decides over a sample does not know it.
 constexpr uint32_t FirstProgression = 1u << 31;
-constexpr size_t FewestDepartures = 64;
+// After the first bounce, and after each: of small pictures a pilot says too little.
+constexpr size_t FewestPaths = 512, FewestDepartures = 64;
 constexpr double DarkestPart = 0.4; // of the median: what is darker may have the same error
 // A path is never less likely to go on than its throughput: light that the pilot did not find may be there.
 constexpr double Least = 1, Most = 1e6;
@@ -121,7 +122,7 @@ class Learner {
         double factor = 0;
         for (size_t d = 0; d < m_sums.size(); d++) {
             const Sums& s = m_sums[d];
-            if (s.count >= FewestDepartures && s.throughput > 0) {
+            if (s.count >= (d == 0 ? FewestPaths : FewestDepartures) && s.throughput > 0) {
                 const double worth = s.light / s.throughput / std::max(s.rays / double(s.count), 1.0);
                 factor =
                     double(RouletteFactors::Margin) * std::sqrt(worth / std::max(m_variance / m_rays, 1e-30));
