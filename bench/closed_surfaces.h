@@ -7,6 +7,7 @@
 
 #include "dice/test_closed_shapes.h"
 #include "grid/trimmed.h"
+#include "hierarchy/instances.h"
 
 namespace kanuka::hierarchy::bench {
 

@@ -130,7 +130,7 @@ class Tested {
         const uint32_t triangle = random.below(uint32_t(m_triangles[0].size())), k = random.below(3);
         if (!m_surface.later.empty())
             time = random.uniform();
-        const Vec3f a = corner<float>(triangle, k, time), b = corner<float>(triangle, (k + 1) % 3, time);
+        const Vec3f a = corner<Vec3f>(triangle, k, time), b = corner<Vec3f>(triangle, (k + 1) % 3, time);
         Vec3f o = m_surface.later.empty() ? m_origins[random.below(uint32_t(m_origins.size()))]
                                           : m_surface.inside(random, time),
               to = a + (b - a) * (aim == 1 ? 0.0f : random.uniform());
@@ -383,6 +383,12 @@ int main(int argc, char** argv) {
             o.seed = std::strtoull(v, nullptr, 10);
         else if (const char* v = value("--threads="))
             o.threads = std::atoi(v);
+    }
+    constexpr const char* Kinds[] = {"displaced", "subdivided", "trimmed",  "mesh",
+                                     "instances", "moving",     "changing", "fibres"};
+    if (std::ranges::find(Kinds, o.kind) == std::end(Kinds)) {
+        std::fprintf(stderr, "ray_bench: \"%s\" is no kind\n", o.kind.c_str());
+        return 2;
     }
     Counts counts;
     size_t triangles = 0;
