@@ -53,7 +53,7 @@ void KeptPages::find(store::HierarchyFiles& files, const Digest& group, size_t n
     for (int interval = 0; interval < std::max(segments, 1); interval++) {
         m_content.push_back(digest_of(group, uint64_t(number), interval));
         m_found.push_back(files.find(m_content.back(), size));
-        if (m_found.back() && m_found.back()->page.page().changes() != segments > 0)
+        if (m_found.back() && m_found.back()->page.page().changes() != (segments > 0))
             m_found.back().reset(); // forged
     }
 }
