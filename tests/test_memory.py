@@ -167,6 +167,7 @@ def waves() -> kanuka.Scene:
     """A sheet, hair and spray that change while the shutter is open, at three times; the sheet in instances too."""
     scene = kanuka.Scene()
     scene.resolution = 160, 90
+    scene.options.shutter = 0, 1
     scene.camera = kanuka.Camera((0, 5, 12), (0, 0, 0), fov=40)
     side = np.linspace(-4, 4, 60)
     x, z = np.meshgrid(side, side)
@@ -196,3 +197,5 @@ def test_what_changes_is_within_it() -> None:
     a, b = (np.asarray(p["rgb"], np.float64) for p in (free, within[0]))
     assert b.mean() == pytest.approx(a.mean(), rel=0.002)
     assert np.abs(a - b).mean() < 0.05 * a.mean()
+    sharp = np.asarray(kanuka.render(waves(), progressions=16, shutter=(0, 0))["rgb"], np.float64)
+    assert np.abs(sharp - a).mean() > 0.06 * a.mean()  # it moves

@@ -19,6 +19,7 @@ def spray(material: kanuka.Material, width: float, moving: bool = False) -> kanu
     points = np.stack([places, 0.7 * places + 0.2]) if moving else places
     scene = kanuka.Scene()
     scene.resolution = SIZE, SIZE
+    scene.options.shutter = 0, 1
     scene.camera = kanuka.Camera((0, 0, 4), (0, 0, 0), fov=28)
     scene.add_points(points.astype(np.float32), widths=width, material=material)
     scene.add_light("distant", amount=3, direction=(-1, -1, -1))
