@@ -36,6 +36,7 @@ struct Stats {
     };
     std::vector<Firefly> fireflies;
     std::vector<float> roulette; // transport::RouletteFactors; empty = none have been learned
+    std::vector<int> sky_pairs;  // bounces that have some
     struct Bytes {
         uint64_t grids = 0, lobe_inputs = 0, bvh = 0, textures = 0, peak_rss = 0, store_read = 0,
                  store_written = 0, scratch = 0, given_back = 0; // the last two: base/paged_memory.h

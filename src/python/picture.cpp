@@ -248,6 +248,10 @@ nb::object stats_dict(const Picture& p) {
     for (const float factor : s.roulette)
         factors.append(factor);
     all["roulette"] = factors;
+    nb::list pairs;
+    for (const int bounce : s.sky_pairs)
+        pairs.append(bounce);
+    all["sky_pairs"] = pairs;
     bytes["grids"] = s.bytes.grids;
     bytes["lobe_inputs"] = s.bytes.lobe_inputs;
     bytes["bvh"] = s.bytes.bvh;

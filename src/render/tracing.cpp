@@ -69,6 +69,9 @@ void Tracing::learn_roulette() {
         m_roulette = pilot.learn();
         if (m_roulette)
             m_job.stats->roulette.assign(m_roulette->at.begin(), m_roulette->at.end());
+        for (int bounce = 0; m_roulette && bounce < transport::RouletteFactors::Depths; bounce++)
+            if (m_roulette->pairs_sky(bounce))
+                m_job.stats->sky_pairs.push_back(bounce);
     }
     m_has_learned = true;
     m_lighting.play_roulette(m_roulette ? &*m_roulette : nullptr);

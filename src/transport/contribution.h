@@ -2,6 +2,7 @@
 #pragma once
 
 #include "transport/path_state.h"
+#include "transport/roulette.h"
 #include "transport/scene_view.h"
 
 namespace kanuka::transport {
@@ -81,12 +82,17 @@ void contribute_in_turn(BatchState& batch, const Contribution<W>& c, Mask<W> m) 
 }
 
 // Of the shadow rays from `first_ray` on. Of a vertex there is one, unless lights far and near are sampled
-// apart, light is sampled several times, or lamps from within fog.
+// apart, light is sampled several times, lamps from within fog, or the sky or what a surface is lit by beside
+// lights.
 template <int W>
 void contribute_shadow_rays(const SceneView& scene, BatchState& batch, Int<W> path, int first_ray,
                             const Spectrum<W>& radiance, Mask<W> m) {
     const Contribution<W> c{path, radiance, Int<W>(LightId::Surface), false, first_ray};
-    if (scene.lights.samples * scene.settings.light_samples > 1 || !scene.lights.fog_lamps.empty())
+    const SettingsView& settings = scene.settings;
+    const int lights = scene.lights.choices > 0 ? scene.lights.samples * settings.light_samples : 0,
+              own = scene.lights.point_lights.empty() ? 0 : 1;
+    const bool pairs = settings.first_pairs || (settings.roulette && settings.roulette->sky_pairs != 0);
+    if (lights + own + int(pairs) > 1 || !scene.lights.fog_lamps.empty())
         contribute_in_turn(batch, c, m);
     else
         contribute(batch, c, m);

@@ -118,6 +118,10 @@ struct LightsView {
     EmitterSlots slots;
     AliasTable alias;
 
+    // May paths search the sky along pairs of directions? Where it is the same everywhere; of pictures, which
+    // are sampled where they are bright, it was worth nothing.
+    bool pairs_sky() const { return constant.present && map.width == 0 && portals.empty(); }
+
     bool linked = false;        // light linking: some lights do not shine on all
     bool shadow_linked = false; // some shapes let some lights through
     bool shadowless = false;    // some lights shine through everything

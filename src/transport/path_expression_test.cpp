@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "transport/path_expression.h"
+#include "transport/roulette.h"
 #include "transport/test_media.h"
 
 namespace kanuka::transport {
@@ -98,7 +99,8 @@ Rgb mean_of(const std::vector<Rgb>& layer) {
 
 } // namespace
 
-TEST(PathExpression, LayersAddUpToThePicture) {
+// pairs: paths search the sky along pairs of directions.
+static void expect_layers_of(const RouletteFactors* pairs) {
     const std::vector<std::string> expressions = {
         "C.*",         "C.*L",        "C.*O",                        // all; by what shines
         "C[LO]",       "C<RD>.*[LO]", "C<RG>.*[LO]",  "C<RS>.*[LO]", // by what is seen
@@ -107,6 +109,7 @@ TEST(PathExpression, LayersAddUpToThePicture) {
     add_room(s);
     ask(s, expressions);
     s.finish();
+    s.view.settings.roulette = pairs;
     const Layers all = render_layers(s, 8, 8);
     expect_whole(all, {0}, "all");
     expect_whole(all, {1, 2}, "lights and surfaces");
@@ -119,6 +122,7 @@ TEST(PathExpression, LayersAddUpToThePicture) {
     TestScene plain;
     add_room(plain);
     plain.finish();
+    plain.view.settings.roulette = pairs;
     const Layers without = render_layers(plain, 8, 8);
     for (size_t i = 0; i < all.pixels.size(); i++)
         for (int c = 0; c < 3; c++)
@@ -128,12 +132,20 @@ TEST(PathExpression, LayersAddUpToThePicture) {
         add_room(other);
         ask(other, expressions);
         other.finish();
+        other.view.settings.roulette = pairs;
         const Layers same = render_layers(other, 8, lanes);
         for (size_t e = 0; e < expressions.size(); e++)
             for (size_t i = 0; i < all.pixels.size(); i++)
                 for (int c = 0; c < 3; c++)
                     EXPECT_EQ(all.of[e][i][c], same.of[e][i][c]) << lanes << " " << expressions[e];
     }
+}
+TEST(PathExpression, LayersAddUpToThePicture) {
+    expect_layers_of(nullptr);
+}
+TEST(PathExpression, LayersAddUpToThePictureWithPairs) {
+    const RouletteFactors pairs{{1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 4}, 0xff};
+    expect_layers_of(&pairs);
 }
 
 // With fewer bounces the same samples find less: of the shorter paths, all.

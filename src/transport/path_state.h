@@ -36,8 +36,8 @@ struct alignas(64) PathQueue {
         Mis = 12,
         // With which light sampling at the last vertex would have chosen what this ray may hit.
         PdfEmitterChoice = 13,
-        PdfMapChoice = 14,
-        Interior = 15, // medium the path is in; -1 = none
+        PdfMapChoice = 14, // the sign bit: the ray is one of a pair that searches the sky
+        Interior = 15,     // medium the path is in; -1 = none
         Fields = 16
     };
     float row[BatchPadded][Fields];
@@ -80,6 +80,7 @@ struct alignas(64) BatchState {
     std::vector<float> aovs;            // BatchPadded values a channel of those that displays ask for
     std::unique_ptr<PathShares> shares; // null = nobody asks for light path expressions
     std::unique_ptr<LobeShares> lobes;  // null = no light has multipliers
+    float* sky = nullptr;               // of a pilot: what rays find there, a value a path
     bool asks_for_lobes() const { return shares || lobes; }
 };
 

@@ -7,6 +7,11 @@
 
 namespace kanuka::transport {
 
+// Null: the first progression comes before anything is learned.
+inline const RouletteFactors* learned_at(const SettingsView& settings, uint32_t reversed_progression) {
+    return reversed_progression == 0 ? nullptr : settings.roulette;
+}
+
 template <int W>
 class Roulette {
     using F = Float<W>;
@@ -17,8 +22,7 @@ class Roulette {
     // in_medium: the vertices are no surface's.
     Roulette(const SettingsView& settings, const Sampler<W>& sampler, int bounce, bool in_medium)
         : m_sampler(sampler), m_bounce(bounce), m_in_medium(in_medium),
-          // The first progression comes before anything is learned.
-          m_factors(sampler.reversed_index == 0 ? nullptr : settings.roulette),
+          m_factors(learned_at(settings, sampler.reversed_index)),
           m_plays(m_factors || bounce >= settings.roulette_depth) {}
 
     // Some of the paths of m end here; the others carry the light of those along. ratios: summed, as they are

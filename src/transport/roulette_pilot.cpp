@@ -1,6 +1,7 @@
 #include "transport/roulette_pilot.h"
 
 #include <cmath>
+#include <ranges>
 
 #include "transport/kernel.h"
 #include "transport/path_state.h"
@@ -36,7 +37,7 @@ class Learner {
         smooth(means());
         if (!find_floor())
             return {};
-        add_paths();
+        choose_pairs();
         for (size_t b = 0; b < m_batches.size(); b++)
             add_departures(m_batches[b], first_place(b));
         return factors();
@@ -91,41 +92,84 @@ class Learner {
         return true;
     }
     // Variance within pixels, and cost, of whole paths.
-    void add_paths() {
+    struct Efficiency {
+        double variance = 0, rays = 0;
+        // Nets leave about half of what variance there is; what pairs take off, they would have left.
+        bool is_improved_by(const Efficiency& e) const {
+            const double left = variance / 2;
+            return (left - (variance - e.variance)) * e.rays < left * rays;
+        }
+    };
+    Efficiency whole_paths(uint32_t pairs) const {
+        const RouletteFactors tried{{}, pairs};
         std::vector<double> sum(m_places), squares(m_places);
-        for (size_t b = 0; b < m_batches.size(); b++)
-            for (size_t k = 0, first = first_place(b); k < m_batches[b].paths.size(); k++) {
-                const double light = clipped(finite(m_batches[b].paths[k].light), first + k);
+        Efficiency e;
+        for (size_t b = 0; b < m_batches.size(); b++) {
+            std::vector<PilotBatch::Path> paths = m_batches[b].paths;
+            for (const PilotBatch::Departure& d : m_batches[b].departures)
+                if (tried.pairs_sky(d.bounce)) {
+                    PilotBatch::Path& path = paths[size_t(d.path)];
+                    path.light += (d.other_sky - d.sky) / 2, path.rays++;
+                }
+            for (size_t k = 0, first = first_place(b); k < paths.size(); k++) {
+                const double light = clipped(finite(paths[k].light), first + k);
                 sum[first + k] += light, squares[first + k] += light * light;
-                m_rays += m_batches[b].paths[k].rays;
+                e.rays += paths[k].rays;
             }
+        }
         const double n = double(m_samples);
         for (size_t p = 0; p < m_places; p++)
-            m_variance += weight(p) * std::max(squares[p] - sum[p] * sum[p] / n, 0.0) / (n - 1);
-        m_variance /= double(m_places);
-        m_rays /= double(m_places) * n;
+            e.variance += weight(p) * std::max(squares[p] - sum[p] * sum[p] / n, 0.0) / (n - 1);
+        e.variance /= double(m_places);
+        e.rays /= double(m_places) * n;
+        return e;
     }
+    // Bounces whose pairs make variance times cost less: what pairs have to do with the light of longer paths
+    // is in it, which comes from where the sky is hidden.
+    void choose_pairs() {
+        m_efficiency = whole_paths(0);
+        bool any_sky = false;
+        for (const PilotBatch& b : m_batches)
+            for (const PilotBatch::Departure& d : b.departures)
+                any_sky |= d.other_sky > 0;
+        for (int bounce = 0; any_sky && bounce < RouletteFactors::Depths; bounce++) {
+            const uint32_t more = m_pairs | uint32_t(1) << bounce;
+            if (const Efficiency e = whole_paths(more); m_efficiency.is_improved_by(e))
+                m_efficiency = e, m_pairs = more;
+        }
+    }
+    bool has_pairs(int bounce) const { return RouletteFactors{{}, m_pairs}.pairs_sky(bounce); }
     void add_departures(const PilotBatch& batch, size_t first) {
-        for (const PilotBatch::Departure& d : batch.departures) {
+        // Backwards, so that what pairs change behind each departure is known. Of a pair one half is found at
+        // the vertex, and the other behind it.
+        std::vector<PilotBatch::Path> change(batch.paths.size());
+        for (const PilotBatch::Departure& d : std::views::reverse(batch.departures)) {
             const size_t path = size_t(d.path), place = first + path;
             const PilotBatch::Path& whole = batch.paths[path];
-            const double light = clipped(finite(whole.light - d.until.light), place);
+            PilotBatch::Path& behind = change[path];
+            const bool pairs = has_pairs(d.bounce);
+            if (pairs)
+                behind.light -= d.sky / 2;
+            const double light = clipped(finite(whole.light - d.until.light + behind.light), place);
             Sums& sums = m_sums[size_t(std::min(d.bounce, RouletteFactors::Depths - 1))];
             sums.light += weight(place) * light * light;
             sums.throughput += double(d.throughput) * double(d.throughput);
-            sums.rays += whole.rays - d.until.rays;
+            sums.rays += whole.rays - d.until.rays + behind.rays;
             sums.count++;
+            if (pairs)
+                behind.light += d.other_sky / 2, behind.rays++;
         }
     }
     std::optional<RouletteFactors> factors() const {
         RouletteFactors out{};
+        out.sky_pairs = m_pairs;
         double factor = 0;
         for (size_t d = 0; d < m_sums.size(); d++) {
             const Sums& s = m_sums[d];
             if (s.count >= (d == 0 ? FewestPaths : FewestDepartures) && s.throughput > 0) {
                 const double worth = s.light / s.throughput / std::max(s.rays / double(s.count), 1.0);
-                factor =
-                    double(RouletteFactors::Margin) * std::sqrt(worth / std::max(m_variance / m_rays, 1e-30));
+                factor = double(RouletteFactors::Margin) *
+                         std::sqrt(worth / std::max(m_efficiency.variance / m_efficiency.rays, 1e-30));
             } else if (d == 0) {
                 return {};
             } // else as after the bounce before
@@ -137,7 +181,9 @@ class Learner {
     std::span<const PilotBatch> m_batches;
     size_t m_samples, m_across, m_places = 0;
     std::vector<double> m_light; // of the picture around each place
-    double m_floor = 0, m_variance = 0, m_rays = 0;
+    double m_floor = 0;
+    Efficiency m_efficiency;
+    uint32_t m_pairs = 0; // RouletteFactors::sky_pairs
     std::array<Sums, RouletteFactors::Depths> m_sums;
 };
 
@@ -146,6 +192,7 @@ class Learner {
 void PilotBatch::begin() {
     paths.assign(places.size(), {});
     departures.clear();
+    m_last = 0;
 }
 
 void PilotBatch::count_rays(const PathQueue& queue) {
@@ -158,8 +205,9 @@ void PilotBatch::count_rays(std::span<const int32_t> paths_of_rays) {
         paths[size_t(path)].rays++;
 }
 
-void PilotBatch::depart(const PathQueue& next, bool keeps_ratios, const float* radiance, int bounce) {
-    const size_t before = departures.size();
+void PilotBatch::depart(const PathQueue& next, bool keeps_ratios, const float* radiance,
+                        const float* other_sky, int bounce) {
+    const size_t before = m_last = departures.size();
     for (int i = 0; i < next.count; i++) {
         const float* t = next.row[i] + PathQueue::Throughput;
         const int path = std::bit_cast<int32_t>(next.row[i][PathQueue::Path]);
@@ -168,12 +216,21 @@ void PilotBatch::depart(const PathQueue& next, bool keeps_ratios, const float* r
             ratios = (next.ratio[0][i] + next.ratio[1][i]) + (next.ratio[2][i] + next.ratio[3][i]);
         const float throughput = std::max(std::max(t[0], t[1]), std::max(t[2], t[3])) * 4 / ratios;
         if (std::isfinite(throughput))
-            departures.push_back(
-                {path, bounce, throughput, {radiance_of(radiance, path), paths[size_t(path)].rays}});
+            departures.push_back({path,
+                                  bounce,
+                                  throughput,
+                                  {radiance_of(radiance, path), paths[size_t(path)].rays},
+                                  0,
+                                  other_sky ? radiance_of(other_sky, path) : 0});
     }
     // Their order in the queue depends on the number of lanes, and sums on the order.
     std::sort(departures.begin() + ptrdiff_t(before), departures.end(),
               [](const Departure& a, const Departure& b) { return a.path < b.path; });
+}
+
+void PilotBatch::find_sky(const float* sky) {
+    for (size_t d = m_last; d < departures.size(); d++)
+        departures[d].sky = sky[departures[d].path];
 }
 
 void PilotBatch::finish(const float* radiance) {

@@ -24,8 +24,8 @@ class RoulettePilot {
     std::optional<RouletteFactors> learn() const;
 
     // None in the first bounces: of what roulette does to E[L²] later, what is learned would have less. Then
-    // enough that paths in media end.
-    static constexpr RouletteFactors Weak{{1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 4}};
+    // enough that paths in media end. All bounces have pairs.
+    static constexpr RouletteFactors Weak{{1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 1e6f, 4}, 0xff};
     static constexpr int Samples = 4; // a place: by what they differ, paths have variance
 
   private:

@@ -5,6 +5,7 @@
 #include "scene/schema/parameter.h"
 #include "transport/lights_setup.h"
 #include "transport/media_setup.h"
+#include "transport/roulette_pilot.h"
 
 namespace kanuka::transport {
 
@@ -199,6 +200,8 @@ SceneData::SceneData(const SceneInputs& in, Journal& journal) {
     fill_settings(*this, in);
     fill_media(*this, *in.store, in.volume_depth, journal);
     fill_lights(*this, in, palette, journal);
+    // What is learned will hardly say otherwise where nothing but the sky shines.
+    view.settings.first_pairs = RoulettePilot::is_wanted(view.settings) && view.lights.choices == 0;
     fill_expressions(*this, in);
     fill_multipliers(*this, in, journal);
     spectra = palette.tables(); // those of lights are there now

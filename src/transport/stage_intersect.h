@@ -8,6 +8,15 @@
 
 namespace kanuka::transport {
 
+// For a pilot, by path.
+template <int W>
+[[gnu::noinline]] void note_sky(float* sky, Int<W> path, const Spectrum<W>& radiance, Mask<W> m) {
+    for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        sky[path[i]] += (radiance[0][i] + radiance[1][i]) + (radiance[2][i] + radiance[3][i]);
+    }
+}
+
 // Light from where nothing is: the hit side of the balance between light and direction sampling.
 template <int W>
 void add_environment(const SceneView& scene, BatchState& batch, const PathQueue& paths, Int<W> slot,
@@ -51,13 +60,16 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathQueue&
                         PathVertex<W>::in_direction(ray[P::PdfMapChoice], pdf).weight(ray[P::Mis], ratios),
                         weight);
     }
-    if (any(m & constant))
-        contribute(
-            batch,
-            Contribution<W>{path,
-                            throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) * weight,
-                            Int<W>(LightId::Constant)},
-            constant & shines(scene.lights.constant.sets));
+    if (any(m & constant)) {
+        // Of a pair of directions each counts by half.
+        const F share = select(bitcast_int(ray[P::PdfMapChoice]) < Int<W>(0), F(0.5f), F(1.0f));
+        const Spectrum<W> radiance =
+            throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) * (weight * share);
+        const Mask<W> shown = constant & shines(scene.lights.constant.sets);
+        contribute(batch, Contribution<W>{path, radiance, Int<W>(LightId::Constant)}, shown);
+        if (batch.sky) [[unlikely]]
+            note_sky(batch.sky, path, radiance, shown);
+    }
     if (any(m & map)) {
         const MapPlace<W> p = map_place(scene.lights.map, vector_of(ray, P::Direction));
         const MapCell<W> c(scene.lights.map, p);

@@ -16,7 +16,14 @@ class SurfaceStage : public SurfaceLight<W> {
 
   public:
     SurfaceStage(const Bounce& at, PathQueue& next, RayQueue& shadow_rays)
-        : Light(at, shadow_rays), m_next(next) {}
+        : Light(at, shadow_rays), m_next(next), m_pair_rays(&shadow_rays) {
+        const RouletteFactors* learned = learned_at(at.scene.settings, at.reversed_progression);
+        m_pairs_sky =
+            (learned ? learned->pairs_sky(at.number) : at.scene.settings.first_pairs && at.number == 0) &&
+            at.scene.lights.pairs_sky();
+    }
+    // Of a pilot, which has the light of each direction whole.
+    void cast_pairs_to(RayQueue& rays) { m_pair_rays = &rays, m_pair_weight = 1; }
 
     void log_to(LoggedVertex* vertex) { m_log = vertex; } // of the one path there is
 
@@ -110,22 +117,22 @@ class SurfaceStage : public SurfaceLight<W> {
             shares.direction = bsdf::select(light.delta, S(F(0.0f)),
                                             ratios_of(m_at.scene, m_at.paths, h.slot) * value.pdf * weight);
         }
-        cast_to_light(s, light, value.f, contribution, m, shares, number);
+        cast_to_light(s, light, value.f, contribution, m, shares, number, this->m_shadow_rays);
     }
     // The shadow ray of a light sample. f: what the material makes of its light. number: of the sample among
     // all of its pixel, bits reversed.
     void cast_to_light(const Scattering<W>& s, const LightSample<W>& light, const S& f, const S& contribution,
-                       M m, const MisShares<W>& shares, uint32_t number) {
+                       M m, const MisShares<W>& shares, uint32_t number, RayQueue& rays) {
         S shown = contribution;
         if (m_at.batch.asks_for_lobes())
-            note_rays(m_at.batch, this->m_shadow_rays, s.h.path,
+            note_rays(m_at.batch, rays, s.h.path,
                       event_of(s, s.h.to_local(light.wi), dot(light.wi, s.h.horizon), f, m), light.light,
                       shown, m.bits());
-        this->queue_shadow(s.h, light.wi, light.distance, shown, light.passes, m, shares, number);
+        this->queue_shadow(rays, s.h, light.wi, light.distance, shown, light.passes, m, shares, number);
     }
     void cast_to_light(const Scattering<W>& s, const LightSample<W>& light, const S& f, const S& contribution,
                        M m) {
-        cast_to_light(s, light, f, contribution, m, {}, m_at.batch.reversed_progression);
+        cast_to_light(s, light, f, contribution, m, {}, m_at.batch.reversed_progression, this->m_shadow_rays);
     }
 
     // through: only what goes straight on counts.
@@ -158,9 +165,47 @@ class SurfaceStage : public SurfaceLight<W> {
             }
         }
         const F mis = select(s.delta, F(0.0f), ratios * inv_pdf * light_samples());
+        M paired(false);
+        if (m_pairs_sky) {
+            search_sky(at, u_lobe, u0, u1, active);
+            paired = !s.delta & M(m_pair_weight < 1);
+        }
         roulette.play(throughput, next_ratios, m);
         m &= !(bsdf::mean(throughput) <= F(0.0f));
-        leave(at, wi, s.through, throughput, ratio, mis, m);
+        leave(at, wi, s.through, throughput, ratio, mis, m, paired);
+    }
+
+    // The sky along a second direction, antithetic to the one that goes on (Hammersley and Morton 1956): of
+    // the same lobe, turned by half around the normal, and low where that one is high. What hides the sky
+    // mostly stands on one side, or low. Both find it without bias, so their mean does; a direction of a
+    // delta lobe has no other beside it, and counts whole.
+    [[gnu::noinline]] void search_sky(const Scattering<W>& at, F u_lobe, F u0, F u1, M m) {
+        const SurfaceHit<W>& h = at.h;
+        const F half(0.5f), last(0x1.fffffep-1f);
+        const DirectionSample<W> s = at.sample(u_lobe, u0 + select(u0 < half, half, -half), last - u1, m);
+        m &= s.valid & !s.delta & (s.value.pdf[0] > F(0.0f));
+        if (!any(m))
+            return;
+        const F inv_pdf = F(1.0f) / max(s.value.pdf[0], F(1e-30f));
+        F ratios{float(Wavelengths)};
+        if (m_at.scene.settings.keeps_ratios) {
+            ratios = F(0.0f);
+            for (int k = 0; k < Wavelengths; k++)
+                ratios += gather(m_at.paths.ratio[k], h.slot) * (s.value.pdf[k] * inv_pdf);
+        }
+        const ConstantEnvironment& constant = m_at.scene.lights.constant;
+        if (m_at.scene.lights.linked)
+            m &= (at.receiver.set & I(constant.sets)) != I(0);
+        LightSample<W> sky;
+        sky.wi = normalize(h.to_world(s.wi));
+        sky.distance = F(1e30f);
+        sky.passes = I(0);
+        sky.light = I(LightId::Constant);
+        const F weight = F(m_pair_weight) / max(ratios, F(1e-30f));
+        sky.radiance = emission_spectrum(m_at.scene, constant.c, h.l);
+        const S contribution = h.throughput * s.value.f * sky.radiance * (inv_pdf * weight);
+        m &= !(bsdf::mean(contribution) <= F(0.0f)); // NaN goes on, and is counted
+        cast_to_light(at, sky, s.value.f, contribution, m, {}, m_at.reversed_progression, *m_pair_rays);
     }
 
     // Through a thin wall. `chance`: that it is taken at all, beside that of the material's choice;
@@ -193,8 +238,9 @@ class SurfaceStage : public SurfaceLight<W> {
     }
 
     // The paths of m go on along wi. `mis`: PathQueue::Mis.
+    // `paired`: it is one of two that search the sky.
     void leave(const Scattering<W>& s, const V& wi, M through, const S& throughput, const S& ratio, F mis,
-               M m) {
+               M m, M paired = M(false)) {
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -209,6 +255,7 @@ class SurfaceStage : public SurfaceLight<W> {
             interior = media.at[0];
             events = (gather(m_at.paths.events, h.slot) & I(Events::Camera - 1)) + I(Events::Surface);
         }
+        const F map_choice = s.chooser.pdf(m_at.scene.lights.map_choice);
         const PathRow<W> row{o.x,
                              o.y,
                              o.z,
@@ -223,7 +270,7 @@ class SurfaceStage : public SurfaceLight<W> {
                              throughput[3],
                              mis,
                              s.chooser.pdf(m_at.scene.lights.emitter_choice),
-                             s.chooser.pdf(m_at.scene.lights.map_choice),
+                             select(paired, -map_choice, map_choice),
                              bitcast_float(interior)};
         if (m_at.batch.asks_for_lobes())
             note_scattering(m_at.batch, h.path, event_of(s, wi, through, mis, m), bits);
@@ -323,7 +370,10 @@ class SurfaceStage : public SurfaceLight<W> {
     }
 
     PathQueue& m_next;
-    M m_arrived{false}; // of the hits at hand
+    RayQueue* m_pair_rays;
+    bool m_pairs_sky = false;
+    float m_pair_weight = 0.5f; // of either direction
+    M m_arrived{false};         // of the hits at hand
     LoggedVertex* m_log = nullptr;
 };
 

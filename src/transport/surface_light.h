@@ -39,11 +39,11 @@ class SurfaceLight {
         if (m_at.batch.asks_for_lobes())
             note_rays(m_at.batch, m_shadow_rays, h.path, ScatteringEvent<W>::reflected(), I(LightId::Unnamed),
                       shown, m.bits());
-        queue_shadow(h, wi, distance, shown, passes, m, {}, m_at.batch.reversed_progression);
+        queue_shadow(m_shadow_rays, h, wi, distance, shown, passes, m, {}, m_at.batch.reversed_progression);
     }
     // `number`: of the sample among all of its pixel, bits reversed.
-    void queue_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m,
-                      const MisShares<W>& shares, uint32_t number) {
+    void queue_shadow(RayQueue& rays, const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution,
+                      I passes, M m, const MisShares<W>& shares, uint32_t number) {
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -57,7 +57,7 @@ class SurfaceLight {
                 ? MediaStack<W>::select_of(dot(wi, h.horizon) < F(0.0f), h.crossing.after, h.crossing.before)
                 : MediaStack<W>();
         const I pixel = bitcast_int(h.ray[PathQueue::PixelHash]);
-        queue_rays(m_at.scene, m_shadow_rays,
+        queue_rays(m_at.scene, rays,
                    ShadowRay<W>{o, aimed, distance, contribution, h.path,
                                 seed_of(seeds::ShadowRay, pixel, m_at.number, number), passes, media, shares},
                    bits);

@@ -46,8 +46,12 @@ class Tracer {
             m->batch.shares->begin((request.x1 - request.x0) * (request.y1 - request.y0));
         if (m->batch.lobes)
             m->batch.lobes->begin();
-        if (request.pilot)
+        if (request.pilot) {
             request.pilot->begin();
+            if (!m_pilot)
+                m_pilot = std::make_unique<PilotMemory>();
+        }
+        m->batch.sky = request.pilot ? m_pilot->sky : nullptr;
     }
     int bounce() const { return m_bounce; }
     int count() const { return m->paths[m_bounce & 1].count; } // paths that live
@@ -57,12 +61,16 @@ class Tracer {
     // Closest hits. Paths that miss take the environment's light along, all take that of lights they pass.
     void intersect() {
         m_counts->rays += uint64_t(count());
-        if (m_request->pilot)
+        if (m_request->pilot) {
             m_request->pilot->count_rays(*paths());
+            std::ranges::fill(m_pilot->sky, 0.0f);
+        }
         m->batch.limit = limit(m_bounce);
         m->shadow_rays.count = 0;
         transport::intersect<W>(scene, m->batch, *paths(), m_bounce, m->hits, m->runs, m->shadow_rays,
                                 m->rays);
+        if (m_request->pilot)
+            m_request->pilot->find_sky(m_pilot->sky);
         if (m_request->log)
             log_hit();
     }
@@ -81,6 +89,10 @@ class Tracer {
                               m->shadow_rays);
         if (m_request->log)
             stage.log_to(&m_request->log->back());
+        if (m_request->pilot) {
+            m_pilot->pair_rays.count = 0;
+            stage.cast_pairs_to(m_pilot->pair_rays);
+        }
         for (size_t program = 0; program < scene.geometry.materials.size(); program++) {
             const int end = m->runs.first[program + 1];
             for (int i = m->runs.first[program]; i < end; i += W) {
@@ -102,7 +114,7 @@ class Tracer {
             m_request->log->back().light_samples = added();
         if (PilotBatch* pilot = m_request->pilot) {
             pilot->count_rays({m->shadow_rays.path, size_t(m->shadow_rays.count)});
-            pilot->depart(*next(), scene.settings.keeps_ratios, m->batch.radiance[0], m_bounce);
+            pilot->depart(*next(), scene.settings.keeps_ratios, m->batch.radiance[0], find_pairs(), m_bounce);
         }
         m_bounce++;
     }
@@ -114,6 +126,23 @@ class Tracer {
     }
 
   private:
+    struct PilotMemory {
+        Lane<float> sky;
+        float radiance[BatchPadded][4];
+        RayQueue pair_rays;
+    };
+    // Of a pilot: radiance that the other directions of pairs find, four values a path. Null = there are
+    // none.
+    const float* find_pairs() {
+        if (m_pilot->pair_rays.count == 0)
+            return nullptr;
+        std::memset(m_pilot->radiance, 0, sizeof m_pilot->radiance);
+        std::swap(m_pilot->radiance, m->batch.radiance);
+        occlude<W>(scene, m->batch, m_pilot->pair_rays, m_walls.get(), m->rays);
+        std::swap(m_pilot->radiance, m->batch.radiance);
+        return m_pilot->radiance[0];
+    }
+
     struct Memory {
         PathQueue paths[2];
         BatchState batch;
@@ -154,6 +183,7 @@ class Tracer {
     PathQueue* next() { return &m->paths[~m_bounce & 1]; }
 
     std::unique_ptr<Memory> m;
+    std::unique_ptr<PilotMemory> m_pilot;          // where requests are of one
     std::unique_ptr<WallScratch> m_walls;          // where MediaView::thin_walls
     std::unique_ptr<grid::AirSegments> m_segments; // where MediaView::air
     const BatchRequest* m_request = nullptr;

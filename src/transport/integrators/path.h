@@ -8,7 +8,9 @@ namespace kanuka::transport::path {
 
 inline constexpr IntegratorInfo info{
     "light over any number of bounces; for pictures that count",
-    {{{"roulette", 1, "1: paths end where a pilot has found that it pays; 0: by their throughput alone"}}}};
+    {{{"roulette", 1,
+       "1: where paths end, and search the sky along two directions, is what a "
+       "pilot has found to pay; 0: they end by their throughput alone"}}}};
 
 template <int W>
 struct Integrator {
