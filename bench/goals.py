@@ -33,6 +33,7 @@ def all_goals(results: Results) -> list[Goal]:
     found: list[Goal] = []
     for each in (
         side_by_side,
+        forests,
         agreement,
         micropolygons,
         dice,
@@ -65,6 +66,21 @@ def side_by_side(results: Results) -> Iterator[Goal]:
                 if figure in ours["rounds"] and figure in theirs["rounds"]:
                     ratio = intervals.of_ratio(ours["rounds"][figure], theirs["rounds"][figure])
                     yield Goal(f"{scene}: {title}, against {theirs['name']}", "< 1×", times(ratio), ratio.below(1))
+
+
+def forests(results: Results) -> Iterator[Goal]:
+    for scene, found in results.of("side-by-side"):
+        ours, *others = found["renderers"]
+        for theirs in others if scene.startswith("forest") else ():
+            for figure, title in (
+                ("first_picture_s", "first picture"),
+                ("error_x_time", "error × time"),
+                ("peak_bytes", "memory"),
+            ):
+                most = 0.8 if figure == "error_x_time" and theirs["name"] == "cycles" else 1
+                ratio = intervals.of_ratio(ours["rounds"][figure], theirs["rounds"][figure])
+                goal = f"{scene}: {title}, against {theirs['name']}"
+                yield Goal(goal, f"< {most}×", times(ratio), ratio.below(most))
 
 
 def agreement(results: Results) -> Iterator[Goal]:

@@ -63,6 +63,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
             "cornell": 1040,
             "terrain": 590,
             "forest": 300,
+            "forest-million": 500,
             "still-life": 600,
             **dict.fromkeys(usd_scenes.there(), 600),
         }.items()

@@ -372,6 +372,7 @@ MAKERS: dict[str, tuple[Callable[[int], Scene], int]] = {  # with the usual n
     "grey-cornell": (grey_cornell, 0),
     "terrain": (terrain, 1415),
     "forest": (forest, 100_000),
+    "forest-million": (forest, 1_000_000),
     "shading": (shading, 16),
 }
 

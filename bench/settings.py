@@ -31,7 +31,7 @@ class Settings:
 
     def request(self, scene: str, n: int = 0, samples: int = 0, **options: object) -> Found:
         if self.quick and scene in scenes.MAKERS:
-            n = {"terrain": 300, "forest": 1000, "shading": 4}.get(scene, n)
+            n = {"terrain": 300, "forest": 1000, "forest-million": 1000, "shading": 4}.get(scene, n)
         made = {"scene": scene, "n": n, "scale": self.scale, "samples": samples, "threads": self.threads}
         return made | {"options": list(options.items())}
 
