@@ -13,7 +13,8 @@ template <int W>
 [[gnu::noinline]] void note_sky(float* sky, Int<W> path, const Spectrum<W>& radiance, Mask<W> m) {
     for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
-        sky[path[i]] += (radiance[0][i] + radiance[1][i]) + (radiance[2][i] + radiance[3][i]);
+        for (int k = 0; k < Wavelengths; k++)
+            sky[path[i]] += radiance[k][i];
     }
 }
 
