@@ -137,8 +137,8 @@ struct Boxes {
 };
 
 // Runs of at most eight instances that lie together; `source`: of the first in the order of the items.
-template <class Moves>
-LargeVector<Group> groups_of(const SplitTree& tree, const Moves& moves) {
+template <class Instances>
+LargeVector<Group> groups_of(const SplitTree& tree, const Instances& instances) {
     LargeVector<Group> groups;
     for (const SplitTree::Branch& b : tree.branches)
         if (b.left < 0)
@@ -150,18 +150,61 @@ LargeVector<Group> groups_of(const SplitTree& tree, const Moves& moves) {
                 const Item& item = tree.items[groups[k].source + i];
                 groups[k].box[i] = {{item.lo[0], item.lo[1], item.lo[2]},
                                     {item.hi[0], item.hi[1], item.hi[2]}};
-                if (moves(item.index))
+                if (instances.moves(item.index))
                     groups[k].kind = Kind::Moving;
             }
     });
     return groups;
 }
 
-// `write(item, leaf)` makes the leaf of an instance.
-template <class Moves, class Write>
-PageMemory build_level(LargeVector<Item> items, const Moves& moves, const Write& write) {
+// Of instances by their numbers: what stands at each, and how it is written.
+template <class PlacementOf>
+class Standing {
+  public:
+    Standing(std::span<const Page> pages, Boxes& boxes, const PlacementOf& placement_of)
+        : m_pages(pages), m_boxes(boxes), m_placement_of(placement_of) {}
+
+    enum class State : uint8_t { Nothing, LeftOut, Stands }; // Nothing: of an empty page
+    State state(size_t i, Bounds3f& box) const {
+        const Placed p = m_placement_of(i);
+        const std::span<const Page> pages = m_pages.subspan(p.page, std::max(p.intervals, 1u));
+        box = {};
+        for (const Page& page : pages)
+            if (page.header().root != NoRef)
+                box.extend(page.bounds());
+        if (box.empty()) // of nothing there is nothing to see
+            return State::Nothing;
+        bool stands = true;
+        if (moves(i)) {
+            if (p.path)
+                p.path->bound(std::exchange(box, {}), m_boxes.of(i));
+            else
+                bound(pages, m_boxes.of(i));
+            for (const Bounds3f& at : m_boxes.of(i))
+                stands &= is_somewhere(at.lo) && is_somewhere(at.hi), box.extend(at);
+        } else {
+            InstanceLeaf leaf;
+            if (!p.stays)
+                box = box_of(p.world_from_page, box);
+            stands = make_leaf(p, uint32_t(i), leaf) && is_somewhere(box.lo) && is_somewhere(box.hi);
+        }
+        return stands ? State::Stands : State::LeftOut;
+    }
+    bool look(size_t i, Bounds3f& box) const { return state(i, box) == State::Stands; }
+    bool moves(size_t i) const { return m_boxes.move(i); }
+    void write(uint32_t i, InstanceLeaf& leaf) const { make_leaf(m_placement_of(i), i, leaf); }
+    void write(uint32_t i, MovingLeaf& leaf) const { m_boxes.make_leaf(m_placement_of(i), i, leaf); }
+
+  private:
+    std::span<const Page> m_pages;
+    Boxes& m_boxes;
+    const PlacementOf& m_placement_of;
+};
+
+template <class Instances>
+PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
     const SplitTree order = items.empty() ? SplitTree() : split_all(std::move(items), 8);
-    const LargeVector<Group> groups = groups_of(order, moves);
+    const LargeVector<Group> groups = groups_of(order, instances);
     LargeVector<uint64_t> at(groups.size()); // where their leaves are
     Header h{};
     h.magic = Magic, h.version = Version;
@@ -188,9 +231,9 @@ PageMemory build_level(LargeVector<Item> items, const Moves& moves, const Write&
             for (uint32_t i = 0; i < g.count; i++) {
                 const uint32_t index = order.items[g.source + i].index;
                 if (g.kind == Kind::Moving)
-                    write(index, reinterpret_cast<MovingLeaf*>(bytes + at[k])[i]);
+                    instances.write(index, reinterpret_cast<MovingLeaf*>(bytes + at[k])[i]);
                 else
-                    write(index, reinterpret_cast<InstanceLeaf*>(bytes + at[k])[i]);
+                    instances.write(index, reinterpret_cast<InstanceLeaf*>(bytes + at[k])[i]);
             }
             write_node(tree.nodes[tree.leaf_at[k]], g,
                        Children{g.kind, g.count, uint32_t(at[k] / UnitBytes)}.word());
@@ -218,8 +261,31 @@ int World::nesting_of(uint32_t page) const {
     return m_nesting[page] + 1;
 }
 
+template <class Instances>
+PageMemory World::build(size_t count, const Instances& instances) {
+    using State = Instances::State;
+    LargeVector<Item> items(count);
+    LargeVector<State> states(count);
+    tasks::parallel_chunks(count, m_moves ? 256 : PlacesATask, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++) {
+            Bounds3f box;
+            states[i] = instances.state(i, box);
+            items[i] = Item(box, uint32_t(i));
+        }
+    });
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        m_left_out += states[i] == State::LeftOut;
+        if (states[i] == State::Stands)
+            items[kept++] = items[i];
+    }
+    items.resize(kept);
+    return build_level(std::move(items), instances);
+}
+
 template <class PlacementOf>
-uint32_t World::add_level(size_t count, int nesting, bool moves, const PlacementOf& placement_of) {
+uint32_t World::add_level(size_t count, int nesting, bool moves, const PlacementOf& placement_of,
+                          Level* before) {
     if (nesting > MostNesting)
         throw Error("instances lie " + std::to_string(nesting) + " deep in each other; at most " +
                     std::to_string(MostNesting) + " can be traced");
@@ -227,54 +293,18 @@ uint32_t World::add_level(size_t count, int nesting, bool moves, const Placement
     if (moves)
         boxes.measure(count, placement_of);
     m_moves |= moves;
-    LargeVector<Item> items(count);
-    LargeVector<uint8_t> state(count); // 1: it stands; 2: it is left out
-    tasks::parallel_chunks(count, moves ? 256 : PlacesATask, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++) {
-            const Placed p = placement_of(i);
-            const std::span<const Page> pages(&m_pages[p.page], std::max(p.intervals, 1u));
-            Bounds3f box;
-            for (const Page& page : pages)
-                if (page.header().root != NoRef)
-                    box.extend(page.bounds());
-            if (box.empty()) // of nothing there is nothing to see
-                continue;
-            bool stands = true;
-            if (boxes.move(i)) {
-                if (p.path)
-                    p.path->bound(std::exchange(box, {}), boxes.of(i));
-                else
-                    bound(pages, boxes.of(i));
-                for (const Bounds3f& at : boxes.of(i))
-                    stands &= is_somewhere(at.lo) && is_somewhere(at.hi), box.extend(at);
-            } else {
-                InstanceLeaf leaf;
-                if (!p.stays)
-                    box = box_of(p.world_from_page, box);
-                stands = make_leaf(p, uint32_t(i), leaf) && is_somewhere(box.lo) && is_somewhere(box.hi);
-            }
-            state[i] = stands ? 1 : 2;
-            items[i] = Item(box, uint32_t(i));
-        }
-    });
-    size_t kept = 0;
-    for (size_t i = 0; i < count; i++) {
-        m_left_out += state[i] == 2;
-        if (state[i] == 1)
-            items[kept++] = items[i];
+    const Standing standing(m_pages, boxes, placement_of);
+    if (before && before->count == count && refit(*before, standing)) {
+        m_levels.push_back(std::move(*before));
+        m_refitted++;
+    } else {
+        if (before)
+            *before = {}; // there is room for another then
+        m_levels.push_back({build(count, standing), count});
     }
-    items.resize(kept);
-    m_levels.push_back(build_level(
-        std::move(items), [&](uint32_t i) { return boxes.move(i); },
-        [&]<class Leaf>(uint32_t i, Leaf& leaf) {
-            if constexpr (std::is_same_v<Leaf, MovingLeaf>)
-                boxes.make_leaf(placement_of(i), i, leaf);
-            else
-                make_leaf(placement_of(i), i, leaf);
-        }));
     if (!boxes.have_room)
         m_boxes.push_back(std::move(boxes.boxes));
-    const uint32_t number = add(m_levels.back().page());
+    const uint32_t number = add(m_levels.back().memory.page());
     m_nesting[number] = nesting;
     return number;
 }
@@ -286,13 +316,16 @@ uint32_t World::add(std::span<const Placement> placements) {
         nesting = std::max(nesting, nesting_of(p.page));
         moves |= p.path && p.path->moves();
     }
-    return add_level(placements.size(), nesting, moves, [&](size_t i) {
-        const Placement& p = placements[i];
-        return p.path ? placed(p.page, *p.path) : Placed{p.world_from_page, p.page};
-    });
+    return add_level(
+        placements.size(), nesting, moves,
+        [&](size_t i) {
+            const Placement& p = placements[i];
+            return p.path ? placed(p.page, *p.path) : Placed{p.world_from_page, p.page};
+        },
+        nullptr);
 }
 
-uint32_t World::add(std::span<const Placements> runs) {
+uint32_t World::add(std::span<const Placements> runs, Level* before) {
     int nesting = 1;
     std::vector<size_t> first; // instance of each run
     size_t count = 0;
@@ -306,24 +339,34 @@ uint32_t World::add(std::span<const Placements> runs) {
         first.push_back(count);
         count += run.size();
     }
-    return add_level(count, nesting, moves, [&](size_t i) {
-        const size_t r = size_t(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1;
-        const Placements& run = runs[r];
-        if (run.stays())
-            return Placed{{}, run.page, true, nullptr, {}, run.intervals};
-        const size_t k = i - first[r];
-        Placed p = run.paths.empty() ? placed(run.page, run.world_from_page[k].data())
-                                     : placed(run.page, run.paths[k]);
-        if (!run.seen.empty())
-            p.seen = run.seen[k];
-        return p;
-    });
+    return add_level(
+        count, nesting, moves,
+        [&](size_t i) {
+            const size_t r = size_t(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1;
+            const Placements& run = runs[r];
+            if (run.stays())
+                return Placed{{}, run.page, true, nullptr, {}, run.intervals};
+            const size_t k = i - first[r];
+            Placed p = run.paths.empty() ? placed(run.page, run.world_from_page[k].data())
+                                         : placed(run.page, run.paths[k]);
+            if (!run.seen.empty())
+                p.seen = run.seen[k];
+            return p;
+        },
+        before);
+}
+
+std::vector<Level> World::take_levels() {
+    std::vector<Level> all(std::make_move_iterator(m_levels.begin()),
+                           std::make_move_iterator(m_levels.end()));
+    m_levels.clear();
+    return all;
 }
 
 size_t World::level_bytes() const {
     size_t bytes = 0;
-    for (const PageMemory& level : m_levels)
-        bytes += level.size();
+    for (const Level& level : m_levels)
+        bytes += level.memory.size();
     for (const LargeVector<Bounds3f>& boxes : m_boxes)
         bytes += boxes.size() * sizeof(Bounds3f);
     return bytes;

@@ -9,6 +9,7 @@
 #include "base/motion.h"
 #include "base/places.h"
 #include "hierarchy/page.h"
+#include "hierarchy/refit.h"
 
 namespace kanuka::hierarchy {
 
@@ -41,27 +42,34 @@ class World {
     // addresses. Throws Error where instances would lie deeper in each other
     // than MostNesting, a page has no such number, or the level would be larger than 2 GiB.
     uint32_t add(std::span<const Placement> placements);
-    // Instances are numbered through all runs; of a page that lies there as it is there is one.
-    uint32_t add(std::span<const Placements> runs);
+    // Instances are numbered through all runs; of a page that lies there as it is there is one. `before`: of
+    // as many instances as they stood before, whose tree is used again where it still does; it is taken.
+    // Null = none. What rays find does not depend on it.
+    uint32_t add(std::span<const Placements> runs, Level* before = nullptr);
+    // All levels, in the order in which they were added, for another world to use again. Ends this one.
+    std::vector<Level> take_levels();
 
     const Page& page(uint32_t number) const { return m_pages[number]; }
     std::span<const Page> pages() const { return m_pages; }
     int nesting(uint32_t number) const { return m_nesting[number]; } // 0: it is no level
     size_t left_out() const { return m_left_out; }
+    size_t refitted() const { return m_refitted; }
     size_t level_bytes() const;            // of all levels together
     bool moves() const { return m_moves; } // something does: rays need times
     bool fades() const { return m_fades; } // some rays do not see something: they need levels
 
   private:
     template <class PlacementOf>
-    uint32_t add_level(size_t count, int nesting, bool moves, const PlacementOf& placement_of);
+    uint32_t add_level(size_t count, int nesting, bool moves, const PlacementOf& placement_of, Level* before);
+    template <class Instances>
+    PageMemory build(size_t count, const Instances& instances);
     int nesting_of(uint32_t page) const; // of a level that it stands in
     std::vector<Page> m_pages;
     std::vector<int> m_nesting;
-    std::deque<PageMemory> m_levels;
+    std::deque<Level> m_levels;
     std::deque<LargeVector<Bounds3f>> m_boxes; // of moving instances, level by level
     bool m_moves = false, m_fades = false;
-    size_t m_left_out = 0;
+    size_t m_left_out = 0, m_refitted = 0; // instances; levels
 };
 
 } // namespace kanuka::hierarchy
