@@ -41,16 +41,34 @@ bool is_present(const store::Store& store, int shape, int prim, float u, float v
     return false;
 }
 
-// Candidates come in any order, and one may come twice.
+// Candidates come in any order, and one may come twice. They are kept by distance: products of floats depend
+// on their order, and that of candidates on the trees of the hierarchy, of which an edit makes others.
 void LetThrough::add(float at, const Rgb& let_through) {
     for (int i = 0; i < count; i++)
         if (t[i] == at)
             return;
-    const bool room = count < Most;
-    const int k = room ? count++ : int(std::max_element(t, t + Most) - t);
-    t[k] = room ? at : std::max(t[k], at);
+    Rgb one = let_through;
+    if (count == Most) { // the two that are furthest count as one
+        const int last = Most - 1;
+        const Rgb furthest(part[0][last], part[1][last], part[2][last]);
+        if (at > t[last - 1]) {
+            one = furthest * one, at = std::max(at, t[last]);
+        } else {
+            for (int c = 0; c < 3; c++)
+                part[c][last - 1] *= furthest[c];
+            t[last - 1] = t[last];
+        }
+        count--;
+    }
+    int k = count++;
+    for (; k > 0 && t[k - 1] > at; k--) {
+        t[k] = t[k - 1];
+        for (auto& of_color : part)
+            of_color[k] = of_color[k - 1];
+    }
+    t[k] = at;
     for (int c = 0; c < 3; c++)
-        part[c][k] = room ? let_through[c] : part[c][k] * let_through[c];
+        part[c][k] = one[c];
 }
 
 Rgb LetThrough::before(float end) const {
