@@ -7,6 +7,7 @@
 #include "base/cancel.h"
 #include "base/error.h"
 #include "base/tasks.h"
+#include "bvh/leftovers.h"
 #include "bvh/scene_impl.h"
 
 namespace kanuka::bvh {
@@ -302,8 +303,9 @@ Scene::Impl::~Impl() {
 
 Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build)
     : m_impl(std::make_unique<Impl>(store)) {
-    m_impl->pages =
-        std::make_unique<PageScene>(store, groups, build.pages_from, build.page_bytes, build.files);
+    m_impl->pages = std::make_unique<PageScene>(store, groups, build.pages_from, build.page_bytes,
+                                                build.files, build.leftovers.get());
+    build.leftovers.reset(); // what is left of them is of no use any more
     tasks::check_cancelled();
     m_impl->groups.resize(2 * groups.size());
     Builder(m_impl->device, store, *m_impl->pages, m_impl->groups, m_impl->bytes, std::move(build))
@@ -325,6 +327,16 @@ uint64_t Scene::bytes() const {
 
 Scene::PageBytes Scene::page_bytes() const {
     return m_impl->pages->bytes_of_shapes();
+}
+
+Scene::Kept Scene::kept() const {
+    return m_impl->pages->kept();
+}
+
+std::shared_ptr<Leftovers> Scene::leave() {
+    auto leftovers = std::make_shared<Leftovers>();
+    m_impl->pages->leave(*leftovers);
+    return leftovers;
 }
 
 } // namespace kanuka::bvh

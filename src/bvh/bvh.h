@@ -26,6 +26,8 @@ class HierarchyFiles;
 
 namespace kanuka::bvh {
 
+struct Leftovers; // leftovers.h
+
 // What a group holds: a run of the store's shapes, and instances of groups with lower numbers.
 struct GroupDesc {
     struct Range {
@@ -137,6 +139,8 @@ class Scene {
         PagesFrom pages_from = {};
         uint64_t page_bytes = ~uint64_t(0);     // the most of a page: for tests of groups that take several
         store::HierarchyFiles* files = nullptr; // where pages may lie that need not be built
+        // Of a scene before this one, or empty; null = nothing that this one leaves is asked for.
+        std::shared_ptr<Leftovers> leftovers = {};
     };
     // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.
     // Vertices of the store are moved to where pages have them.
@@ -177,6 +181,12 @@ class Scene {
         uint64_t built = 0, stored = 0; // stored: that came from files
     };
     PageBytes page_bytes() const; // of bytes(), pages of shapes
+    struct Kept {
+        uint64_t pages = 0, levels = 0; // pages of shapes; trees over places
+    };
+    Kept kept() const; // of Build::leftovers
+    // For a scene of nearly the same groups. No queries any more.
+    std::shared_ptr<Leftovers> leave();
 
   private:
     template <int W>

@@ -45,16 +45,25 @@ static hierarchy::ContentSize size_of(const store::Store& store, std::span<const
     return size;
 }
 
-void KeptPages::find(store::HierarchyFiles& files, const Digest& group, size_t number,
+void KeptPages::find(Leftovers* leftovers, store::HierarchyFiles* files, const Digest& group, size_t number,
                      const store::Store& store, std::span<const int> shapes) {
-    m_files = &files;
+    m_files = files;
     const int segments = store.shapes()[size_t(shapes[0])].motion_segments;
-    const hierarchy::ContentSize size = size_of(store, shapes);
+    const hierarchy::ContentSize size = files ? size_of(store, shapes) : hierarchy::ContentSize();
     for (int interval = 0; interval < std::max(segments, 1); interval++) {
         m_content.push_back(digest_of(group, uint64_t(number), interval));
-        m_found.push_back(files.find(m_content.back(), size));
-        if (m_found.back() && m_found.back()->page.page().changes() != (segments > 0))
-            m_found.back().reset(); // forged
+        m_found.emplace_back();
+        if (leftovers) {
+            if (auto left = leftovers->pages.extract(m_content.back())) {
+                m_found.back() = Found{{std::move(left.mapped().page), left.mapped().lattices}, true};
+                continue;
+            }
+        }
+        if (!files)
+            continue;
+        if (auto found = files->find(m_content.back(), size))
+            if (found->page.page().changes() == (segments > 0)) // else it is forged
+                m_found.back() = Found{std::move(*found), false};
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/tasks.h"
 #include "bvh/kept_pages.h"
+#include "bvh/leftovers.h"
 #include "bvh/page_views.h"
 
 namespace kanuka::bvh {
@@ -37,8 +38,9 @@ std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
 } // namespace
 
 PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& least,
-                     uint64_t most_bytes, store::HierarchyFiles* files)
-    : m_store(store), m_most_bytes(std::min(most_bytes, MostBytes)), m_files(files), m_groups(groups.size()) {
+                     uint64_t most_bytes, store::HierarchyFiles* files, Leftovers* leftovers)
+    : m_store(store), m_most_bytes(std::min(most_bytes, MostBytes)), m_files(files), m_leftovers(leftovers),
+      m_groups(groups.size()) {
     if (groups.empty())
         return;
     const std::vector<Reach> reach = reach_of(groups);
@@ -49,6 +51,7 @@ PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, con
                         reach[g].bytes);
     }
     m_root = m_groups.back().root;
+    m_leftovers = nullptr;
 }
 
 // Of the group, what lies in pages.
@@ -117,7 +120,7 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
     if (group.runs.empty() && group.owns.size() < 2 && (group.owns.empty() || group.owns[0].intervals == 0))
         group.root = group.owns.empty() ? None : group.owns[0].page;
     else
-        group.root = m_world.add(level);
+        group.root = m_world.add(level, m_leftovers ? m_leftovers->level_of(g, m_groups.size()) : nullptr);
 }
 
 PageScene::Lattices::Lattices(const store::Store& store, const Shapes& shapes) {
@@ -193,10 +196,11 @@ void PageScene::build_owns(store::Store& store, size_t g, const Shapes& shapes) 
         for (const int shape : page)
             bytes += page_bytes(store.shapes()[size_t(shape)]);
     const hierarchy::Lattices* voted = nullptr; // for already
-    if (m_files && m_files->is_worth_files(bytes)) {
+    store::HierarchyFiles* const files = m_files && m_files->is_worth_files(bytes) ? m_files : nullptr;
+    if (files || m_leftovers) {
         const Digest group = digest_of_pages(store, pages);
         for (size_t i = 0; i < pages.size(); i++) {
-            kept[i].find(*m_files, group, i, store, pages[i]);
+            kept[i].find(m_leftovers, files, group, i, store, pages[i]);
             if (kept[i].lattices())
                 voted = kept[i].lattices();
         }
@@ -247,11 +251,15 @@ void PageScene::build_own(const store::Store& store, size_t g, std::span<const i
     Own own = number_shapes(store, shapes);
     own.intervals = uint32_t(store.shapes()[size_t(shapes[0])].motion_segments);
     CellCorners corners;
-    std::vector<hierarchy::PageMemory> pages;
+    std::vector<Memory> pages;
     for (int step = 0; step < std::max(int(own.intervals), 1); step++) {
+        const Digest content = kept.content(size_t(step));
         if (std::optional<hierarchy::PageMemory> page = kept.take(size_t(step))) {
-            m_page_bytes.stored += page->size();
-            pages.push_back(std::move(*page));
+            if (kept.is_left_over(size_t(step)))
+                m_kept_pages++;
+            else
+                m_page_bytes.stored += page->size();
+            pages.push_back({std::move(*page), content, lattices});
             continue;
         }
         std::vector<hierarchy::GridView> grids;
@@ -265,19 +273,18 @@ void PageScene::build_own(const store::Store& store, size_t g, std::span<const i
         }
         for (const int shape : own.fibres.shapes)
             fibres.push_back(fibre_view(store, store.shapes()[size_t(shape)], step));
-        pages.push_back(hierarchy::build({grids, meshes, false, fibres}, lattices));
-        if (pages.back().page().header().root != hierarchy::NoRef)
-            kept.keep(size_t(step), pages.back(), lattices);
-        m_page_bytes.built += pages.back().size();
+        pages.push_back({hierarchy::build({grids, meshes, false, fibres}, lattices), content, lattices});
+        const hierarchy::PageMemory& page = pages.back().page;
+        if (page.page().header().root != hierarchy::NoRef)
+            kept.keep(size_t(step), page, lattices);
+        m_page_bytes.built += page.size();
     }
-    const auto is_nowhere = [](const hierarchy::PageMemory& m) {
-        return m.page().header().root == hierarchy::NoRef;
-    };
+    const auto is_nowhere = [](const Memory& m) { return m.page.page().header().root == hierarchy::NoRef; };
     if (std::ranges::all_of(pages, is_nowhere))
         return;
-    for (hierarchy::PageMemory& page : pages) {
+    for (Memory& page : pages) {
         m_memory.push_back(std::move(page));
-        const uint32_t number = m_world.add(m_memory.back().page());
+        const uint32_t number = m_world.add(m_memory.back().page.page());
         own.page = std::min(own.page, number);
         m_owner_of_page.resize(number + 1);
         m_owner_of_page[number] = {int(g), int(m_groups[g].owns.size())};
@@ -291,9 +298,22 @@ Bounds3f PageScene::bounds() const {
 
 uint64_t PageScene::bytes() const {
     uint64_t bytes = m_world.level_bytes();
-    for (const hierarchy::PageMemory& m : m_memory)
-        bytes += m.size();
+    for (const Memory& m : m_memory)
+        bytes += m.page.size();
     return bytes;
+}
+
+void PageScene::leave(Leftovers& to) {
+    for (Memory& m : m_memory)
+        if (m.content != Digest())
+            to.pages.insert_or_assign(m.content, Leftovers::OfShapes{std::move(m.page), m.lattices});
+    std::vector<hierarchy::Level> levels = m_world.take_levels();
+    size_t next = 0;
+    for (size_t g = 0; g < m_groups.size(); g++) // each has one level at most, in this order
+        if (m_groups[g].root != None && m_world.nesting(m_groups[g].root) > 0)
+            to.keep_level(g, m_groups.size(), std::move(levels[next++]));
+    m_memory.clear();
+    m_root = None;
 }
 
 } // namespace kanuka::bvh

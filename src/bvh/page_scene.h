@@ -5,6 +5,7 @@
 
 #include <array>
 
+#include "base/digest.h"
 #include "bvh/bvh.h"
 #include "bvh/matrix.h"
 #include "bvh/presence.h"
@@ -15,15 +16,17 @@
 namespace kanuka::bvh {
 
 class KeptPages;
+struct Leftovers;
 
 class PageScene {
   public:
     // Groups that have less than `least` are left out. Vertices are moved to where pages have them, in the
     // store too. In parallel; the same bytes for any number of threads. `most_bytes`: of a page, but for a
     // single shape; less than what pages may have for tests of groups that take several. `files`: what lies
-    // there is not built; null = none.
+    // there is not built; null = none. `leftovers`: nor what is there; they are used up.
     PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& least,
-              uint64_t most_bytes = ~uint64_t(0), store::HierarchyFiles* files = nullptr);
+              uint64_t most_bytes = ~uint64_t(0), store::HierarchyFiles* files = nullptr,
+              Leftovers* leftovers = nullptr);
     PageScene(const PageScene&) = delete;
 
     bool empty() const { return m_root == None; }
@@ -35,6 +38,8 @@ class PageScene {
     Bounds3f bounds() const;
     uint64_t bytes() const;
     Scene::PageBytes bytes_of_shapes() const { return m_page_bytes; }
+    Scene::Kept kept() const { return {m_kept_pages, m_world.refitted()}; }
+    void leave(Leftovers& to); // ends it
 
     // The closest hits of the rays of all packets; `hits` are the closest so far.
     template <int W>
@@ -131,13 +136,21 @@ class PageScene {
     void put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hit,
              const hierarchy::InstancePath& path, HitPacket<W>& hits) const;
 
+    struct Memory { // of a page
+        hierarchy::PageMemory page;
+        Digest content; // null where nobody asks
+        hierarchy::Lattices lattices;
+    };
+
     const store::Store& m_store;
     uint64_t m_most_bytes;
     store::HierarchyFiles* m_files;
+    Leftovers* m_leftovers; // while it is built
     Scene::PageBytes m_page_bytes;
     std::vector<Group> m_groups;
     std::vector<Owner> m_owner_of_page; // by number; of levels none
-    std::vector<hierarchy::PageMemory> m_memory;
+    std::vector<Memory> m_memory;
+    uint64_t m_kept_pages = 0;
     hierarchy::World m_world;
     uint32_t m_root = None;
     bool m_partly = false; // something is there for some rays alone

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bvh/leftovers.h"
 #include "bvh/nesting.h"
 #include "scene/digest.h"
 #include "store/hierarchy_files.h"
@@ -225,6 +226,9 @@ void World::build_bvh() {
         m_bvh = std::move(m_kept->bvh);
         m_job.stats->count.hierarchies_kept += 1;
     } else {
+        std::shared_ptr<bvh::Leftovers> leftovers;
+        if (m_kept->pages.keeps() && !m_on_demand)
+            leftovers = m_kept->bvh ? m_kept->bvh->leave() : std::make_shared<bvh::Leftovers>();
         m_kept->bvh.reset();
         m_kept->geometry.reset();
         bound_nesting();
@@ -239,7 +243,8 @@ void World::build_bvh() {
                               .watertight = m_job.options.watertight,
                               .cancelled = m_job.progress->cancelled,
                               .pages_from = m_job.pages_from,
-                              .files = files ? &*files : nullptr});
+                              .files = files ? &*files : nullptr,
+                              .leftovers = std::move(leftovers)});
         m_bvh->clip(m_clips, times);
         m_job.stats->bytes.hierarchy_built = m_bvh->page_bytes().built;
         m_job.stats->bytes.hierarchy_stored = m_bvh->page_bytes().stored;
