@@ -32,9 +32,12 @@ Axis fit_axis(float lo, float hi) {
 
 class Collapse {
   public:
-    Collapse(const SplitTree& tree, size_t groups, size_t nodes_at, const BoxesAtEnds* at_ends)
-        : m_tree(tree), m_first_unit(uint32_t(nodes_at / UnitBytes)), m_ends(at_ends ? 2 : 1) {
-        m_out.leaf_at.resize(groups);
+    // `groups`: of each branch that is a leaf.
+    Collapse(const SplitTree& tree, LargeVector<uint32_t> groups, size_t nodes_at,
+             const BoxesAtEnds* at_ends = nullptr)
+        : m_tree(tree), m_groups(std::move(groups)), m_first_unit(uint32_t(nodes_at / UnitBytes)),
+          m_ends(at_ends ? 2 : 1) {
+        m_out.leaf_at.resize((tree.branches.size() + 1) / 2);
         if (at_ends)
             measure(*at_ends);
     }
@@ -57,7 +60,7 @@ class Collapse {
                 const Branch& of = m_tree.branches[b];
                 Bounds3f& all = m_box[end][b];
                 if (of.left < 0) {
-                    all = at_ends[end][m_tree.items[of.begin].index];
+                    all = at_ends[end][m_groups[b]];
                     continue;
                 }
                 all = m_box[end][size_t(of.left)];
@@ -68,7 +71,7 @@ class Collapse {
 
     void write(int32_t of, uint32_t at, int depth) {
         if (branch(of).left < 0) {
-            m_out.leaf_at[m_tree.items[branch(of).begin].index] = at;
+            m_out.leaf_at[m_groups[size_t(of)]] = at;
             return;
         }
         // Opens the largest child until there are eight; or, where the tree is too high to end within
@@ -104,6 +107,7 @@ class Collapse {
     }
 
     const SplitTree& m_tree;
+    const LargeVector<uint32_t> m_groups;
     uint32_t m_first_unit, m_ends;
     BoxesAtEnds m_box; // of branches
     NodeTree m_out;
@@ -135,7 +139,23 @@ NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at, const BoxesA
         items[i] = Item(groups[i].bounds(), uint32_t(i));
     if (items.empty())
         return {};
-    return Collapse(split_all(std::move(items), 1), groups.size(), nodes_at, at_ends).run();
+    const SplitTree tree = split_all(std::move(items), 1);
+    LargeVector<uint32_t> numbers(tree.branches.size());
+    for (size_t b = 0; b < numbers.size(); b++)
+        if (tree.branches[b].left < 0)
+            numbers[b] = tree.items[tree.branches[b].begin].index;
+    return Collapse(tree, std::move(numbers), nodes_at, at_ends).run();
+}
+
+NodeTree make_nodes(const SplitTree& tree, size_t nodes_at) {
+    if (tree.branches.empty())
+        return {};
+    LargeVector<uint32_t> numbers(tree.branches.size());
+    uint32_t next = 0;
+    for (size_t b = 0; b < numbers.size(); b++)
+        if (tree.branches[b].left < 0)
+            numbers[b] = next++;
+    return Collapse(tree, std::move(numbers), nodes_at).run();
 }
 
 Bounds3f bounds_at(const ChangingNode& root, int end) {

@@ -211,7 +211,7 @@ PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
     h.nodes = sizeof(Header);
     for (size_t k = 0; k < groups.size(); k++)
         at[k] = h.nodes, h.nodes += groups[k].count * UnitsOf[size_t(groups[k].kind)] * UnitBytes;
-    NodeTree tree = make_nodes(groups, h.nodes);
+    NodeTree tree = make_nodes(order, h.nodes);
     h.node_bytes = tree.nodes.size() * sizeof(Node);
     h.bytes = h.nodes + h.node_bytes;
     if (h.bytes + PaddingBytes > Children::MostBytes)
