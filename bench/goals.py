@@ -51,6 +51,7 @@ def all_goals(results: Results) -> list[Goal]:
         oracle,
         budgets,
         kills,
+        edits,
         isles,
         ingest,
     ):
@@ -257,6 +258,13 @@ def kills(results: Results) -> Iterator[Goal]:
         yield Goal(
             "killed at random moments", "100 kills, no other bits", measured, yes(f["kills"] >= 100 and not f["wrong"])
         )
+
+
+def edits(results: Results) -> Iterator[Goal]:
+    for which, f in results.of("edits"):
+        if which == "places":
+            moved = Interval(**f["edits"]["one of a million places"]["interval"])
+            yield Goal("one of a million places moves: until rays", "≤ 0.3 s", times(moved, " s"), moved.below(0.3))
 
 
 def isles(results: Results) -> Iterator[Goal]:

@@ -87,7 +87,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     made += [Part("instances", "", hierarchy.instances, 60)]
     made += [Part("rays", kind, about(rays.measure, kind), 350) for kind in rays.KINDS]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
-    made += [Part("edits", "", edits.measure, 60)]
+    made += [Part("edits", which, about(edits.measure, which), 60 if which == "" else 120) for which in edits.ALL]
     made += [Part("shots", scene, about(shots.measure, scene), 60, scene == "wood") for scene in shots.SCENES]
     made += [
         Part("isles", scene, about(isles.measure, scene), 300, scene in ("motu", "nested")) for scene in isles.SCENES

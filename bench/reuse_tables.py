@@ -10,9 +10,10 @@ from results import Results
 
 def edits(results: Results) -> str:
     rows = []
-    for _, f in results.of("edits"):
+    for which, f in results.of("edits"):
         whole = f"{f['primitives']} of {f['primitives']}"
-        rows.append(["the first making", whole, "", "yes", show("_s", f["first"]), ""])
+        of = {"places": " of a million places", "shapes": " of 50 shapes, 16 M cells"}.get(which, "")
+        rows.append([f"the first making{of}", whole, "", "yes", show("_s", f["first"]), ""])
         for name, each in f["edits"].items():
             again = f"{each['again']} of {f['primitives']}"
             ratio = times(intervals.Interval(**each["ratio"]))
