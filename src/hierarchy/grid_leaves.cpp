@@ -100,9 +100,21 @@ GridLeaves::Points GridLeaves::points(uint32_t tile, int u, int v, int end) cons
     return p;
 }
 
-Bounds3f GridLeaves::middle_box(uint32_t tile, int u, int v) const {
-    const Bounds3f begin = bounds_of(points(tile, u, v, 0).at, LeafVertices);
-    return ends(tile) == 1 ? begin : halfway(begin, bounds_of(points(tile, u, v, 1).at, LeafVertices));
+GridLeaves::Block GridLeaves::block(uint32_t tile, int u, int v) const {
+    Block block{{}, Kind::Grid32};
+    Bounds3f box[2];
+    for (int end = 0; end < ends(tile); end++) {
+        const Points p = points(tile, u, v, end);
+        box[end] = bounds_of(p.at, LeafVertices);
+        if (box[end].empty()) // and so is what is halfway
+            return block;
+        const Frame frame(m_lattice, p.at);
+        block.kind = std::max(block.kind, frame.fields() >= 0 ? Kind::Grid32
+                                          : frame.holds_48()  ? Kind::Grid48
+                                                              : Kind::GridFloat);
+    }
+    block.box = ends(tile) == 1 ? box[0] : halfway(box[0], box[1]);
+    return block;
 }
 
 Bounds3f GridLeaves::box(const Group& group, int i, int end) const {
@@ -120,15 +132,15 @@ GridLeaves::Made GridLeaves::groups_of(uint32_t tile) const {
     // whichever has less area.
     Made made;
     made.width = width;
-    made.box.resize(size_t(width) * size_t(height));
+    made.blocks.reserve(size_t(width) * size_t(height));
     for (int v = 0; v < height; v++)
         for (int u = 0; u < width; u++)
-            made.box[size_t(v * width + u)] = middle_box(tile, u, v);
+            made.blocks.push_back(block(tile, u, v));
     const auto area = [&](int u, int v, int w, int h) {
         Bounds3f b;
         for (int y = v; y < v + h; y++)
             for (int x = u; x < u + w; x++)
-                b.extend(made.box[size_t(y * width + x)]);
+                b.extend(made.blocks[size_t(y * width + x)].box);
         return half_area(b);
     };
     for (int v = 0; v < height; v += 4)
@@ -146,7 +158,7 @@ GridLeaves::Made GridLeaves::groups_of(uint32_t tile) const {
                     add_part(made, tile, u, v + 2, w, h - 2);
             }
         }
-    made.box = {};
+    made.blocks = {};
     return made;
 }
 
@@ -155,16 +167,10 @@ void GridLeaves::add_part(Made& made, uint32_t tile, int u, int v, int width, in
     Group group{Kind::Grid32, 0};
     for (int y = v; y < v + height; y++)
         for (int x = u; x < u + width; x++) {
-            const Bounds3f& box = made.box[size_t(y * made.width + x)];
+            const auto& [box, kind] = made.blocks[size_t(y * made.width + x)];
             if (box.empty())
                 continue;
-            for (int end = 0; end < ends(tile); end++) {
-                const Frame frame(m_lattice, points(tile, x, y, end).at);
-                const Kind kind = frame.fields() >= 0 ? Kind::Grid32
-                                  : frame.holds_48()  ? Kind::Grid48
-                                                      : Kind::GridFloat;
-                group.kind = std::max(group.kind, kind); // all of a group are as the largest
-            }
+            group.kind = std::max(group.kind, kind); // all of a group are as the largest
             part.u[group.count] = uint8_t(x), part.v[group.count] = uint8_t(y);
             group.box[group.count++] = box;
         }

@@ -33,16 +33,20 @@ class GridLeaves {
         Vec3f at[LeafVertices];
         int columns, rows;
     };
+    struct Block {
+        // Where something of it is, in the middle of the interval; empty = nothing of it can be hit.
+        Bounds3f box;
+        Kind kind; // the smallest leaf that holds it, at both ends of the interval
+    };
     struct Made { // of a tile
         std::vector<Part> parts;
         std::vector<Group> groups;
-        std::vector<Bounds3f> box; // of its blocks, row by row, while it is made
+        std::vector<Block> blocks; // row by row, while it is made
         int width = 0;
     };
     void cut_into_tiles();
     Points points(uint32_t tile, int u, int v, int end) const;
-    // Where something of it is, in the middle of the interval; empty = nothing of it can be hit.
-    Bounds3f middle_box(uint32_t tile, int u, int v) const;
+    Block block(uint32_t tile, int u, int v) const;
     int ends(uint32_t tile) const { return m_grids[m_tiles[tile].grid].later ? 2 : 1; }
     Made groups_of(uint32_t tile) const;
     void add_part(Made& made, uint32_t tile, int u, int v, int width, int height) const;
