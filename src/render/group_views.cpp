@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/tasks.h"
 #include "render/de_instance.h"
 #include "scene/bounds.h"
 
@@ -158,16 +159,48 @@ void GroupViews::place(int group, const Transform& render_from_group, float scal
         s.places.push_back(render_from_group);
 }
 
+// In parallel: what they ask for at most, and want at least, does not depend on their order.
+void GroupViews::place_instanced(const scene::Group::Instances& in, const Transform& render_from_parent,
+                                 float scale) {
+    if (size_t(in.group) < m_first) // built before
+        return;
+    constexpr size_t PlacesATask = 4096;
+    const size_t count = in.transforms.size() / 12; // moving ones at all their times
+    const auto here = [&](size_t i) { return render_from_parent * from_rows(in.transforms.data() + 12 * i); };
+    struct Asked {
+        float most = 0, least = INFINITY;
+    };
+    std::vector<Asked> asked((count + PlacesATask - 1) / PlacesATask);
+    tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
+        Asked& all = asked[begin / PlacesATask];
+        for (size_t i = begin; i < end; i++) {
+            const float one =
+                rate_at(in.group, here(i), scale * largest_scale(in.transforms.data() + 12 * i));
+            all.most = std::max(all.most, one), all.least = std::min(all.least, m_wanted.finer * one);
+        }
+    });
+    Seen& s = m_seen[size_t(in.group) - m_first];
+    for (const Asked& all : asked) {
+        s.pixels_per_unit = std::max(s.pixels_per_unit, all.most);
+        s.least = std::min(s.least, all.least);
+    }
+    for (size_t i = 0; i < count && !s.many; i++) {
+        s.many = s.places.size() == MostPlaces;
+        if (!s.many)
+            s.places.push_back(here(i));
+    }
+}
+
 // What is unique is seen by itself; what is instanced in it is seen in each of its places.
 void GroupViews::place_all(const scene::Group::Instances& in, const Transform& render_from_parent) {
     const bool is_ours = size_t(in.group) >= m_first;
     const float outer = mean_scale(render_from_parent);
     if (is_ours)
         m_seen[size_t(in.group) - m_first].moves |= in.moves();
+    if (!is_ours || !are_unique(in))
+        return place_instanced(in, render_from_parent, outer);
     each_transform(in, [&](const float* m) {
         const Transform here = render_from_parent * from_rows(m);
-        if (!is_ours || !are_unique(in))
-            return place(in.group, here, outer * largest_scale(m));
         for (const auto& inner : m_scene.groups[size_t(in.group) - m_first].instances)
             place_all(inner, here);
     });

@@ -87,6 +87,7 @@ class GroupViews {
     void bound_groups();
     float rate_at(int group, const Transform& render_from_group, float scale) const;
     void place(int group, const Transform& render_from_group, float scale);
+    void place_instanced(const scene::Group::Instances& in, const Transform& render_from_parent, float scale);
     void place_all(const scene::Group::Instances& in, const Transform& render_from_parent);
     void place_inner(size_t g);
     void choose_levels(size_t g);
