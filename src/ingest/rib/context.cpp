@@ -227,6 +227,7 @@ void Context::reopen_world() {
     m_editor.emplace(m_scene, objects.groups_before());
     m_scene.journal = &reports.journal();
     m_in_world = true;
+    options = m_world_options; // a frame's end has undone those that it set
     m_lights_before = lights.size();
     open(BlockKind::World, m_world_where);
 }

@@ -205,6 +205,7 @@ class Context {
     std::pair<std::string, Location> m_first_outside;
     std::vector<int> m_frames_seen;
     Location m_world_where;
+    OptionState m_world_options; // what is read when the world has ended needs them too
     Transform m_camera_from_world;
     size_t m_frame_lights = 0, m_lights_before = 0;
     int m_next_id = 1;

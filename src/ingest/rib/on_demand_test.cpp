@@ -2,6 +2,7 @@
 
 #include "scene/delayed.h"
 
+#include <algorithm>
 #include <map>
 
 #include "ingest/rib/test_support.h"
@@ -16,12 +17,16 @@ struct Waiting {
     std::shared_ptr<scene::Delayed> delayed;
     Answers rib;
     std::vector<std::string> asked; // first arguments, in order
+    std::vector<double> details;
+    std::vector<std::string> folders; // of the last
     RibOptions options;
 
     explicit Waiting(Answers answers, bool waits = true) : rib(std::move(answers)) {
         options.procedural = [this](const ProceduralRequest& r) -> std::optional<std::string> {
             const std::string name = r.arguments.empty() ? "" : r.arguments[0];
             asked.push_back(name);
+            details.push_back(r.detail);
+            folders = r.folders;
             if (name == "broken")
                 throw Error("it is broken");
             return rib.contains(name) ? rib[name] : "Sphere 1 -1 1 360\n";
@@ -111,6 +116,21 @@ TEST(OnDemand, WhatIsReadLaterIsWhatWouldHaveStoodThere) {
         expected.push_back(described(p));
     EXPECT_EQ(found, expected);
     EXPECT_SILENT(a);
+}
+
+TEST(OnDemand, WhatAFrameHasSetCountsAfterItsEnd) {
+    const std::string text = "FrameBegin 1 Format 64 64 1 Projection \"perspective\" \"fov\" 20 "
+                             "Option \"searchpath\" \"procedural\" \"own\" "
+                             "WorldBegin Translate 0 0 9 " +
+                             load("a") + " WorldEnd FrameEnd\n";
+    Waiting later(Answers{}), now(Answers{}, false);
+    const Parsed a(text, later.options), b(text, now.options);
+    ASSERT_EQ(later.waiting(), 1u);
+    later.read({0});
+    EXPECT_EQ(later.details, now.details);
+    EXPECT_GT(later.details[0], 100);
+    EXPECT_EQ(later.folders, now.folders);
+    EXPECT_NE(std::ranges::find(later.folders, "own"), later.folders.end());
 }
 
 TEST(OnDemand, IdentitiesGoOn) {

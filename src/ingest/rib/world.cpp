@@ -186,6 +186,7 @@ void Context::begin_world(const Location& where) {
     choose_camera(where);
     mend_means();
     const Transform world_from_camera = set_camera(where);
+    m_world_options = options;
     // What was declared in camera space so far gets its place in the world.
     replace({});
     lights.place(world_from_here);
