@@ -93,6 +93,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Material": (kanuka.Material, {"surface": "matte"}),
     "Node.node": (lambda **given: kanuka.Scene().add_group("a").node.node("b", **given), {}),
     "Node.place": (lambda **given: kanuka.Scene().add_light("point").place(**given), {"transform": np.eye(4)}),
+    "Expansions": (kanuka.Expansions, {"shot": []}),
     "Picture": (kanuka.Picture, {"layers": PICTURE}),
     "Picture.write": (lambda **given: picture().write(**given), {"path": "a.exr"}),
     "Scene.add_archive": (
@@ -146,6 +147,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "frames": (kanuka.frames, {"path": "a.rib"}),
     "glass": (kanuka.glass, {"name": "BK7"}),
     "load": (kanuka.load, {"path": "a.rib"}),
+    "load_camera": (kanuka.load_camera, {"path": "a.rib"}),
     "make_texture": (kanuka.make_texture, {"pictures": ["a.exr"], "texture": "a.tx"}),
     "merge": (kanuka.merge, {"files": ["state"]}),
     "metal": (kanuka.metal, {"name": "Au"}),

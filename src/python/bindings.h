@@ -14,6 +14,7 @@
 #include "color/color.h"
 #include "film/film.h"
 #include "ingest/rib/dialects/lights.h"
+#include "ingest/rib/expansions.h"
 #include "python/string_caster.h"
 #include "scene/delayed.h"
 #include "scene/editor.h"
@@ -59,6 +60,7 @@ struct Scene {
     bool repeat_is_told = false;
     std::shared_ptr<Journal> journal = std::make_shared<Journal>(); // what reading it reported
     std::shared_ptr<scene::Delayed> delayed; // procedurals that wait; they report to the journal
+    std::shared_ptr<ingest::Expansions::Frame> expansions; // of a shot that it is a frame of; null = none
     double ingest_s = 0;
     int next_id = 1;
     std::unordered_map<int64_t, scene::NodeId> numbers; // of primitives, as far as somebody asked for one
@@ -72,6 +74,9 @@ struct Scene {
             editor->keep_groups();
     }
 };
+
+// Scene.procedurals_shared (load.cpp).
+nb::dict shared_of(const Scene& scene);
 
 // Throws where a render reads the scene.
 inline void check_idle(const Scene& scene) {

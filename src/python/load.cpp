@@ -21,6 +21,7 @@ namespace {
 std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
                             const std::vector<std::string>& archive_path, int frame, int repeat,
                             bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
+                            std::shared_ptr<ingest::Expansions> expansions,
                             std::shared_ptr<Journal> journal) {
     auto scene = std::make_shared<Scene>();
     const Messages messages(std::move(journal));
@@ -34,6 +35,9 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
     options.procedural = plug_ins(std::move(procedurals));
     if (on_demand)
         options.on_demand = &scene->delayed;
+    if (expansions)
+        options.expansions = scene->expansions =
+            std::make_shared<ingest::Expansions::Frame>(std::move(expansions));
     Supervisor supervisor{nb::none()};
     supervisor.run(
         [&] {
@@ -64,16 +68,17 @@ void bind_reading(nb::module_& m) {
         m, "load",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame,
            int repeat, bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
-           const std::vector<std::filesystem::path>& before, std::shared_ptr<Journal> journal) {
+           const std::vector<std::filesystem::path>& before, std::shared_ptr<ingest::Expansions> expansions,
+           std::shared_ptr<Journal> journal) {
             std::vector<std::string> paths(before.begin(), before.end());
             paths.push_back(path.string());
             return load(paths, archive_path, frame, repeat, run_programs, std::move(procedurals), on_demand,
-                        run_system, std::move(journal));
+                        run_system, std::move(expansions), std::move(journal));
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
         nb::arg("repeat") = 0, nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(),
         nb::arg("on_demand") = false, nb::arg("run_system") = false, nb::arg("before") = nb::list(),
-        nb::arg("journal") = nb::none(),
+        nb::arg("expansions") = nb::none(), nb::arg("journal") = nb::none(),
         "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is a "
         "kanuka.Warning,\n"
         "and in the scene's journal. run_programs=False forbids Procedural \"RunProgram\". run_system=True "
@@ -84,7 +89,51 @@ void bind_reading(nb::module_& m) {
         "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a "
         "render\n"
         "meets them. before: files that are read before it, as one stream with it: options, declarations.\n"
+        "expansions: what programs and plug-ins have made for other frames of the shot, and will make for "
+        "this one.\n"
         "journal: takes the messages, which are warnings else.");
+    define(
+        m, "load_camera",
+        [](const std::filesystem::path& path, int frame, int repeat,
+           const std::vector<std::filesystem::path>& before) {
+            std::vector<std::string> paths(before.begin(), before.end());
+            paths.push_back(path.string());
+            ingest::RibOptions options;
+            options.frame = frame;
+            options.repeat = repeat;
+            options.run_programs = false;
+            Camera camera;
+            Supervisor supervisor{nb::none()};
+            supervisor.run([&] { camera.camera = ingest::read_camera(paths, options); });
+            supervisor.rethrow_interrupt();
+            return camera;
+        },
+        nb::arg("path"), nb::kw_only(), nb::arg("frame") = 0, nb::arg("repeat") = 0,
+        nb::arg("before") = nb::list(),
+        "The camera of the scene that load() reads: nothing is read but what stands before its world.",
+        nb::sig("def load_camera(path: str | os.PathLike, *, frame: int = 0, repeat: int = 0, "
+                "before: Sequence[str | os.PathLike] = ()) -> Camera"));
+}
+
+void bind_expansions(nb::module_& m) {
+    nb::class_<ingest::Expansions> expansions(
+        m, "Expansions",
+        "What programs and plug-ins have made of procedurals, for load(expansions=) of all frames of a shot: "
+        "what is asked\n"
+        "alike is made once. A procedural is as detailed as the nearest of the cameras asks for.");
+    define(
+        expansions, "__init__",
+        [](ingest::Expansions* self, const std::vector<Camera>& shot, double memory) {
+            if (!(memory >= 0) || memory > 1e12)
+                throw nb::value_error("Expansions: memory must be 0 or more megabytes");
+            std::vector<scene::Camera> cameras;
+            for (const Camera& camera : shot)
+                cameras.push_back(camera.camera);
+            new (self) ingest::Expansions(std::move(cameras), uint64_t(memory * (1 << 20)));
+        },
+        nb::arg("shot"), nb::kw_only(), nb::arg("memory") = 1024.0,
+        nb::sig("def __init__(self, shot: Sequence[Camera], *, memory: float = 1024) -> None"),
+        "memory: megabytes of their RIB that are kept at most.");
 }
 
 void bind_frames(nb::module_& m) {
@@ -180,7 +229,28 @@ void bind_integrators(nb::module_& m) {
 
 } // namespace
 
+nb::dict shared_of(const Scene& scene) {
+    nb::dict found;
+    if (!scene.expansions)
+        return found;
+    const auto counts = scene.expansions->counts();
+    found["asked"] = counts.asked;
+    found["kept"] = counts.kept;
+    found["ahead"] = scene.delayed ? scene.delayed->ahead_count() : 0;
+    nb::list again;
+    for (const auto& reason : scene.expansions->reasons()) {
+        nb::dict each;
+        each["why"] = reason.why;
+        each["procedurals"] = reason.procedurals;
+        each["name"] = reason.name;
+        again.append(each);
+    }
+    found["again"] = again;
+    return found;
+}
+
 void bind_load(nb::module_& m) {
+    bind_expansions(m);
     bind_reading(m);
     bind_frames(m);
     bind_conversion(m);

@@ -59,9 +59,10 @@ std::function<std::optional<std::string>(const ProceduralRequest&)> plug_ins(nb:
             for (const std::string& name : {given, std::filesystem::path(given).stem().string()})
                 if (shared->contains(name.c_str())) {
                     const nb::object function = (*shared)[name.c_str()];
-                    return rib_of(nb::hasattr(function, "takes_request")
-                                      ? function(nb::cast(request))
-                                      : function(request.detail, data_of(request)));
+                    if (nb::hasattr(function, "takes_request"))
+                        return rib_of(function(nb::cast(request)));
+                    request.uses_detail->store(true);
+                    return rib_of(function(request.detail, data_of(request)));
                 }
             const nb::object answer =
                 nb::module_::import_("kanuka.procedurals").attr("expand")(nb::cast(request));
@@ -232,7 +233,11 @@ void bind_procedurals(nb::module_& m) {
         .def_prop_ro("name", name_of, "of the plug-in")
         .def_prop_ro("data", data_of, "the text that the scene gives")
         .def_prop_ro(
-            "detail", [](const ProceduralRequest& r) { return r.detail; },
+            "detail",
+            [](const ProceduralRequest& r) {
+                r.uses_detail->store(true);
+                return r.detail;
+            },
             "pixels that the bound covers; 1e38 where that has no end")
         .def_prop_ro(
             "bound", [](const ProceduralRequest& r) { return r.bound; },

@@ -281,6 +281,15 @@ void bind_class(nb::class_<Scene>& scene) {
     scene.def_prop_ro("file", [](const Scene& s) { return s.scene.file; });
     scene.def_prop_ro(
         "journal", [](const Scene& s) { return s.journal; }, "What reading the scene reported.");
+    scene.def_prop_ro(
+        "procedurals_shared", &shared_of, nb::sig("def procedurals_shared(self) -> dict[str, object]"),
+        "What it has of other frames, where load() was given Expansions: how many times programs and "
+        "plug-ins "
+        "were 'asked', and\n'kept' of what they had made before; how many procedurals were read 'ahead', as "
+        "rays of frames before had met them; and\n'again': why they were asked what they had not been asked "
+        "before, as dicts of 'why' (\"new\", \"arguments\", \"parameters\",\n\"bound\", \"detail\", "
+        "\"search path\", \"declarations\", \"no room\"), 'procedurals', how many, and 'name', of the "
+        "first.");
     define(
         scene, "add_group",
         [](std::shared_ptr<Scene> s, const std::string& name) {

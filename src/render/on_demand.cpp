@@ -22,6 +22,29 @@ void OnDemand::build_known(uint64_t bytes, const Build& build) {
     look_again();
 }
 
+void OnDemand::build_ahead(const std::set<scene::NodeId>& met, const Build& build) {
+    // Each reading may bring others: those are looked at next.
+    for (size_t begin = 0, end; begin < m_delayed.bounds().size(); begin = end) {
+        end = m_delayed.bounds().size();
+        std::vector<uint32_t> which;
+        for (size_t i = begin; i < end; i++)
+            if (!m_delayed.is_read(i) && met.contains(m_delayed.node(i)))
+                which.push_back(uint32_t(i));
+        if (which.empty())
+            continue;
+        m_delayed.read_ahead(which);
+        m_bytes = build(m_delayed.parts().back());
+    }
+    m_watch.reset();
+    look_again();
+}
+
+void OnDemand::note_read(std::set<scene::NodeId>& met) const {
+    for (size_t i = 0; i < m_delayed.bounds().size(); i++)
+        if (m_delayed.is_read(i))
+            met.insert(m_delayed.node(i));
+}
+
 void OnDemand::look_again() {
     m_stats.count.procedurals = m_delayed.bounds().size();
     m_stats.count.procedurals_read = m_delayed.read_count();

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <set>
 
 #include "base/stats.h"
 #include "bvh/watch.h"
@@ -22,6 +23,10 @@ class OnDemand {
     using Build = std::function<uint64_t(const scene::Scene& part)>;
     // What earlier renders have read.
     void build_known(uint64_t bytes, const Build& build);
+    // What frames before have met, with what is in that.
+    void build_ahead(const std::set<scene::NodeId>& met, const Build& build);
+    void note_read(std::set<scene::NodeId>& met) const;
+    uint64_t limit() const { return m_limit; }
     // Null: nothing is left to be met.
     const bvh::Watch* watch() const { return m_watch.get(); }
     // Reads what rays have met since the last call; false = nothing.

@@ -37,8 +37,12 @@ World::World(Job& job, Kept* kept)
 }
 
 World::~World() {
-    if (!m_kept->pages.keeps() || m_on_demand || !m_bvh || (m_shading && m_shading->has_air()))
+    if (reads_ahead())
+        m_on_demand->note_read(m_kept->met);
+    const bool is_of_one_picture = m_on_demand && !reads_ahead(); // what rays have met
+    if (!m_kept->pages.keeps() || is_of_one_picture || !m_bvh || (m_shading && m_shading->has_air()))
         return;
+    m_bvh->watch_by(nullptr);
     m_kept->geometry = std::move(m_geometry);
     m_kept->bvh = std::move(m_bvh);
     m_kept->of_bvh = m_of_bvh;
@@ -148,7 +152,10 @@ void World::build_surfaces() {
         m_on_demand =
             std::make_unique<OnDemand>(*m_job.delayed, m_camera.render_from_world,
                                        uint64_t(std::max(megabytes, 0)) << 20, m_job.journal, *m_job.stats);
-        m_on_demand->build_known(resident_bytes(), [&](const scene::Scene& part) { return add_part(part); });
+        const auto build = [&](const scene::Scene& part) { return add_part(part); };
+        m_on_demand->build_known(resident_bytes(), build);
+        if (reads_ahead())
+            m_on_demand->build_ahead(m_kept->met, build);
     }
 }
 
@@ -221,7 +228,7 @@ void World::build_bvh() {
     // Each edit of a session makes another hierarchy, of all that is in a group: too much to be written.
     const bool is_first = m_kept->of_bvh == Digest();
     m_of_bvh = key.digest();
-    if (!m_on_demand && m_kept->bvh && m_kept->of_bvh == m_of_bvh) {
+    if ((!m_on_demand || reads_ahead()) && m_kept->bvh && m_kept->of_bvh == m_of_bvh) {
         m_geometry = std::move(m_kept->geometry);
         m_bvh = std::move(m_kept->bvh);
         m_job.stats->count.hierarchies_kept += 1;

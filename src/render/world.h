@@ -13,6 +13,7 @@ namespace kanuka::render {
 struct Kept {
     explicit Kept(bool keeps_pages) : pages(keeps_pages) {}
     PageCache pages;
+    std::set<scene::NodeId> met; // procedurals that rays of a shot's frames have met
     MadeAgain made_again;
     ColorSetup color; // pages name its spectra by number
     Digest of_color;
@@ -43,6 +44,9 @@ class World {
     const OnDemand* on_demand() const { return m_on_demand.get(); }
     bool classic() const { return m_classic; } // scene::Options::transport, decided
     Bounds3f bounds() const;                   // in world space
+    // What rays have met is read at once by the frames after. Not where its memory is limited: there each
+    // frame has room for its own.
+    bool reads_ahead() const { return m_on_demand && !m_job.shot.empty() && m_on_demand->limit() == 0; }
     // Of all that the geometry was made of, where it is kept.
     Digest key() const { return m_geometry->key; }
 

@@ -66,7 +66,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--together",
         action="store_true",
         help="with several frames: what stands still is diced for the cameras of all of them, and what is alike in one "
-        "and the next is neither diced nor shaded again. Each file is read once more, for its camera",
+        "and the next is neither diced nor shaded again. Programs and plug-ins are asked once for what is alike. "
+        "Stages are read once more, for their cameras",
     )
     parser.add_argument("--no-programs", action="store_true", help="procedurals may not run programs or libraries")
     parser.add_argument("--allow-system", action="store_true", help="the request System may run shell commands")
@@ -215,7 +216,7 @@ def shots_of(arguments: argparse.Namespace, wanted: list[frames.Frame]) -> dict[
     cameras: dict[tuple, list[kanuka.Camera]] = {}
     for frame in wanted:
         if not frame.source:
-            cameras.setdefault(frame.of_shot, []).append(load(arguments, frame).camera)
+            cameras.setdefault(frame.of_shot, []).append(camera_of(arguments, frame))
     return {key: Shot(of_frames) for key, of_frames in cameras.items()}
 
 
@@ -224,6 +225,7 @@ class Shot:
 
     def __init__(self, cameras: list[kanuka.Camera]) -> None:
         self.cameras = cameras
+        self.expansions = kanuka.Expansions(cameras)
         self.session: kanuka.Session | None = None
 
     def picture(self, scene: kanuka.Scene, options: dict[str, object], bar: ProgressBar) -> kanuka.Picture:
@@ -248,7 +250,7 @@ def render(
 ) -> int:
     bar = ProgressBar(bool(arguments.quiet))
     bar.update("ingest", 0)
-    scene = load(arguments, frame)
+    scene = load(arguments, frame, shot and shot.expansions)
     printer = messages.Printer(scene.journal, errors_only=arguments.quiet > 1)
     bar.between = printer.flush
     bar.finish()
@@ -293,12 +295,12 @@ def render(
         folder = named.parent if named else Path()
         written += write_added(picture, scene, folder, frame, next(iter(outputs)))
     total = time.monotonic() - started
-    made_again = shot.session.made_again if shot and shot.session else None
+    of_shot = statistics.of_shot(scene, shot.session) if shot and shot.session else {}
     if arguments.stats:
-        statistics.write(frame.file(arguments.stats), picture, total, made_again)
+        statistics.write(frame.file(arguments.stats), picture, total, of_shot)
     printer.flush()
     if arguments.verbose:
-        print(statistics.describe(picture, total, made_again), file=sys.stderr)
+        print(statistics.describe(picture, total, of_shot), file=sys.stderr)
     if arguments.fireflies:
         print(fireflies.describe(picture.stats), file=sys.stderr)
     if not arguments.quiet:
@@ -312,7 +314,17 @@ def render(
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
 
 
-def load(arguments: argparse.Namespace, frame: frames.Frame) -> kanuka.Scene:
+def camera_of(arguments: argparse.Namespace, frame: frames.Frame) -> kanuka.Camera:
+    """Of what load() reads."""
+    file = arguments.scenes[-1]
+    if scenes.is_read_whole(file):
+        return load(arguments, frame).camera
+    return kanuka.load_camera(file, before=arguments.scenes[:-1], frame=frame.number, repeat=frame.repeat)
+
+
+def load(
+    arguments: argparse.Namespace, frame: frames.Frame, expansions: kanuka.Expansions | None = None
+) -> kanuka.Scene:
     file = arguments.scenes[-1]
     if scenes.is_read_whole(file):
         number = None if arguments.frame is None else frame.number
@@ -325,6 +337,7 @@ def load(arguments: argparse.Namespace, frame: frames.Frame) -> kanuka.Scene:
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
         on_demand=not (arguments.checkpoint or arguments.oracle or arguments.write_oracle),
+        expansions=expansions,
         journal=kanuka.Journal(),
     )
 

@@ -31,32 +31,41 @@ def machine() -> dict[str, object]:
     }
 
 
-Again = list[dict[str, object]]  # kanuka.Session.made_again
+OfShot = dict[str, object]
 
 
-def collect(picture: kanuka.Picture, total_s: float, made_again: Again | None = None) -> dict[str, object]:
+def of_shot(scene: kanuka.Scene, session: kanuka.Session) -> OfShot:
+    """What a frame has of those before it."""
+    shared = {"procedurals_shared": scene.procedurals_shared} if scene.procedurals_shared else {}
+    return {"made_again": session.made_again, **shared}
+
+
+def collect(picture: kanuka.Picture, total_s: float, of_shot: OfShot) -> dict[str, object]:
     stats = picture.stats or {}
     stats["time"]["total_s"] = total_s  # with start, reading and writing
-    again = {} if made_again is None else {"made_again": made_again}
-    return {**stats, **again, "machine": machine(), "version": kanuka.__version__, "arguments": sys.argv[1:]}
+    return {**stats, **of_shot, "machine": machine(), "version": kanuka.__version__, "arguments": sys.argv[1:]}
 
 
-def describe(picture: kanuka.Picture, total_s: float, made_again: Again | None = None) -> str:
+def describe(picture: kanuka.Picture, total_s: float, of_shot: OfShot) -> str:
     """Times, counts and bytes in a few lines, for -v."""
-    stats = collect(picture, total_s)
+    stats = collect(picture, total_s, of_shot)
     time, count, bytes_ = stats["time"], stats["count"], stats["bytes"]
     stages = ", ".join(f"{name.removesuffix('_s')} {time[name]:.2f} s" for name in time if name != "total_s")
     counts = ", ".join(f"{value} {name.replace('_', ' ')}" for name, value in count.items() if value)
     sizes = ", ".join(f"{name.replace('_', ' ')} {value / 1e6:.1f} MB" for name, value in bytes_.items())
-    whys = "; ".join(f"{r['why']} {r['primitives']} ({r['name'] or r['id']})" for r in made_again or ())
-    again = f"\nagain   {whys}" if whys else ""
+    whys = [f"{r['why']} {r['primitives']} ({r['name'] or r['id']})" for r in of_shot.get("made_again", ())]
+    shared = of_shot.get("procedurals_shared", {})
+    whys += [f"{r['why']} {r['procedurals']} ({r['name']})" for r in shared.get("again", ())]
+    again = f"\nagain   {'; '.join(whys)}" if whys else ""
+    if shared.get("asked") or shared.get("kept") or shared.get("ahead"):
+        again += f"\nshared  {shared['kept']} procedurals kept, {shared['asked']} asked, {shared['ahead']} read ahead"
     return f"time    {stages}, total {time['total_s']:.2f} s\ncounts  {counts}\nmemory  {sizes}{again}"
 
 
-def write(path: Path, picture: kanuka.Picture, total_s: float, made_again: Again | None = None) -> None:
+def write(path: Path, picture: kanuka.Picture, total_s: float, of_shot: OfShot) -> None:
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        temporary.write_text(json.dumps(collect(picture, total_s, made_again), indent=2) + "\n")
+        temporary.write_text(json.dumps(collect(picture, total_s, of_shot), indent=2) + "\n")
         os.replace(temporary, path)
     except OSError as error:
         temporary.unlink(missing_ok=True)

@@ -339,10 +339,12 @@ void Context::add_instance(const Call& call) {
 
 // ---- primitives -------------------------------------------------------------------------------------
 
+Transform Context::world_from_current() const {
+    return m_open_object >= 0 ? m_object_outer * ctm : ctm;
+}
+
 Transform Context::camera_from_current() const {
-    if (m_open_object >= 0)
-        return (m_in_world ? m_camera_from_world : Transform{}) * m_object_outer * ctm;
-    return m_in_world ? m_camera_from_world * ctm : ctm;
+    return m_in_world ? m_camera_from_world * world_from_current() : world_from_current();
 }
 
 bool Context::usable_transform(const Call& call) {

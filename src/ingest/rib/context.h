@@ -76,6 +76,7 @@ struct FrameChoice {
     const std::set<std::string, std::less<>>* sources = nullptr; // pictures that textures are made of
     std::vector<RibFrame>* list = nullptr;                       // all are noted there, and none is taken
     int repeat = 0;                                              // frames of that number to pass over
+    bool camera_only = false;                                    // reading ends where the world begins
 };
 
 class OnDemand;
@@ -158,6 +159,7 @@ class Context {
 
     // camera_from_current: what handedness and level of detail are measured by.
     Transform camera_from_current() const;
+    Transform world_from_current() const; // in a world
     bool left_handed() const { return camera_from_current().determinant3() >= 0; }
     scene::ShaderRef shader(Call& call, size_t name_argument) const;
     // Checks the primvars against the geometry and adds the primitive to the world or the open object.

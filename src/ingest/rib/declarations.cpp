@@ -142,7 +142,8 @@ constexpr Standard StandardDeclarations[] = {
     {"constant normal", "constantnormal"},
     {"uniform integer", "gridsize texturememory geocachememory eyesplits endofframe maxspeculardepth "
                         "maxdiffusedepth max_raylevel diceflatness shadowterminator "
-                        "camera truedisplacement proceduralmemory offscreen runprograms ondemand"},
+                        "camera truedisplacement proceduralmemory offscreen runprograms ondemand "
+                        "shared"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
 };

@@ -1,5 +1,6 @@
 // Procedural and Procedural2: geometry that something else makes.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -46,35 +47,47 @@ bool may_run(const Context& c) {
     return c.rib_options.run_programs && c.options.options.user.get_int("procedural:runprograms", 1) != 0;
 }
 
-bool run_program(Context& c, const Request& r, double detail) {
-    if (!may_run(c)) {
-        fail(c, r,
-             "running programs is forbidden; run it beforehand, save its RIB, and use "
-             "\"DelayedReadArchive\"");
-        return false;
-    }
+std::string run_program(Context& c, const ProceduralRequest& r) {
+    if (!r.may_run)
+        throw Error("running programs is forbidden; run it beforehand, save its RIB, and use "
+                    "\"DelayedReadArchive\"");
+    r.uses_detail->store(true);
     // RISpec 5.9: the detail and the arguments, as a line.
     const std::string line =
-        std::to_string(detail) + " " + (r.arguments.size() > 1 ? r.arguments[1] : "") + "\n";
-    std::string rib;
-    try {
-        rib = c.programs.ask(r.arguments[0], folders_of(c), line);
-    } catch (const Error& e) {
-        fail(c, r, e.what());
-        return false;
-    }
-    c.stream.read_text(std::move(rib), r.arguments[0] + " (RunProgram)", r.where);
-    return true;
+        std::to_string(r.detail) + " " + (r.arguments.size() > 1 ? r.arguments[1] : "") + "\n";
+    return c.programs.ask(r.arguments[0], r.folders, line);
 }
 
-bool ask_plug_in(Context& c, const Request& r, double detail) {
-    if (!c.rib_options.procedural)
-        return false;
+// Of this frame and others; null = it is rendered by itself.
+Expansions::Frame* shared_expansions(const Context& c) {
+    return c.options.options.user.get_int("procedural:shared", 1) != 0 ? c.rib_options.expansions.get()
+                                                                       : nullptr;
+}
+
+// False: neither a program nor a plug-in.
+bool ask_code(Context& c, const Request& r, double detail) {
+    const ProceduralRequest request{r.type,
+                                    r.arguments,
+                                    detail,
+                                    r.where,
+                                    r.bound,
+                                    folders_of(c),
+                                    r.parameters,
+                                    c.declarations.own(),
+                                    c.scope() == InObject,
+                                    may_run(c)};
+    const auto ask = [&]() -> std::optional<std::string> {
+        if (c.rib_options.procedural)
+            if (std::optional<std::string> rib = c.rib_options.procedural(request))
+                return rib;
+        if (r.type == "RunProgram" && !r.arguments.empty())
+            return run_program(c, request);
+        return std::nullopt;
+    };
+    Expansions::Frame* const frame = shared_expansions(c);
     std::optional<std::string> rib;
     try {
-        rib =
-            c.rib_options.procedural({r.type, r.arguments, detail, r.where, r.bound, folders_of(c),
-                                      r.parameters, c.declarations.own(), c.scope() == InObject, may_run(c)});
+        rib = frame ? frame->answer(request, ask) : ask();
     } catch (const std::exception& e) {
         fail(c, r, e.what());
         return true;
@@ -83,6 +96,15 @@ bool ask_plug_in(Context& c, const Request& r, double detail) {
         c.stream.read_text(std::move(*rib),
                            (r.arguments.empty() ? r.type : r.arguments[0]) + " (" + r.type + ")", r.where);
     return rib.has_value();
+}
+
+// Pixels that the bound covers; of a shot, where it covers most.
+double detail_of(const Context& c, const Bounds3f& bound) {
+    double area = view_bound(c, bound, c.camera_from_current()).area;
+    if (const Expansions::Frame* frame = c.in_world() ? shared_expansions(c) : nullptr)
+        for (const scene::Camera& camera : frame->shot())
+            area = std::max(area, view_bound(c, camera, bound, c.world_from_current()).area);
+    return area;
 }
 
 // A procedural starts from the state around it and leaves none behind.
@@ -122,17 +144,15 @@ void expand(Context& c, const Request& r) {
 void expand_procedural(Context& c, const Request& r) {
     double detail = std::numeric_limits<double>::infinity();
     if (r.bound.size() == 6)
-        detail = view_bound(c, box_of(r.bound), c.camera_from_current()).area;
+        detail = detail_of(c, box_of(r.bound));
     if (!std::isfinite(detail)) // as other renderers have it
         detail = 1e38;
     c.open(BlockKind::Attribute, r.where);
     const size_t depth = c.blocks().size();
-    if (ask_plug_in(c, r, detail)) {
-        // done
+    if (ask_code(c, r, detail)) {
+        // done, or reported
     } else if (r.type == "DelayedReadArchive" && !r.arguments.empty()) {
         c.stream.read_archive(r.arguments[0], r.where);
-    } else if (r.type == "RunProgram" && !r.arguments.empty()) {
-        run_program(c, r, detail);
     } else if (r.arguments.empty()) {
         fail(c, r, "it has no arguments");
     } else {

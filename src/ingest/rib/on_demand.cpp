@@ -41,8 +41,8 @@ void OnDemand::add(const ProceduralCall& call, const Context& context, const Bou
     item.column = call.where.column;
     item.depth = m_depth + 1;
     item.node = scene::numbered_node(m_parent, scene::NodeKind::Procedural, m_brought++);
+    Delayed::add(world, item.node);
     m_items.push_back(std::move(item));
-    Delayed::add(world);
 }
 
 scene::Scene OnDemand::expand(std::span<const uint32_t> which) {

@@ -133,6 +133,66 @@ TEST(OnDemand, WhatAFrameHasSetCountsAfterItsEnd) {
     EXPECT_NE(std::ranges::find(later.folders, "own"), later.folders.end());
 }
 
+// ---- frames of a shot
+
+TEST(Expansions, AShotAsksForWhatItsNearestCameraNeeds) {
+    const auto frame = [](double z) {
+        return "Format 64 64 1 Projection \"perspective\" \"fov\" 40 Translate 0 0 " + std::to_string(z) +
+               " WorldBegin " + load("a") + " WorldEnd\n";
+    };
+    std::vector<scene::Camera> shot;
+    std::vector<double> alone;
+    for (const double z : {9, 5, 7}) {
+        Waiting w(Answers{}, false);
+        shot.push_back(Parsed(frame(z), w.options).scene.camera);
+        alone.push_back(w.details.at(0));
+    }
+    const auto all = std::make_shared<Expansions>(shot, uint64_t(1) << 20);
+    for (const double z : {9, 5, 7}) {
+        Waiting w(Answers{}, false);
+        w.options.expansions = std::make_shared<Expansions::Frame>(all);
+        const Parsed r(frame(z), w.options);
+        EXPECT_EQ(w.options.expansions->counts().kept, z == 9 ? 0u : 1u);
+        EXPECT_EQ(w.details, z == 9 ? std::vector{alone[1]} : std::vector<double>{});
+        EXPECT_EQ(r.scene.primitives.size(), 1u);
+    }
+}
+
+TEST(Expansions, WhatMadeUseOfDetailIsAskedAgainAtAnother) {
+    const std::vector<std::string> uses = {"a", "b"};
+    const auto all = std::make_shared<Expansions>(std::vector<scene::Camera>(), uint64_t(1) << 20);
+    for (int k = 0; k < 3; k++) {
+        Expansions::Frame frame(all);
+        for (const std::string& name : uses) {
+            const ProceduralRequest r{"DynamicLoad", {name}, k < 2 ? 5.0 : 6.0, {}};
+            const auto answer = frame.answer(r, [&]() -> std::optional<std::string> {
+                r.uses_detail->store(name == "a");
+                return name + std::to_string(k);
+            });
+            EXPECT_EQ(answer, name + (k == 2 && name == "a" ? "2" : "0"));
+        }
+        EXPECT_EQ(frame.counts().asked, k == 0 ? 2u : k == 1 ? 0u : 1u);
+        ASSERT_EQ(frame.reasons().size(), k == 2 ? 1u : 0u);
+        if (k == 2) {
+            EXPECT_EQ(frame.reasons()[0].why, "detail");
+            EXPECT_EQ(frame.reasons()[0].name, "DynamicLoad a");
+        }
+    }
+}
+
+TEST(Expansions, WhatNobodyKnowsIsNoAnswer) {
+    const auto all = std::make_shared<Expansions>(std::vector<scene::Camera>(), uint64_t(1) << 20);
+    const ProceduralRequest r{"DelayedReadArchive", {"a.rib"}, 1, {}};
+    for (int k = 0; k < 2; k++) {
+        Expansions::Frame frame(all);
+        EXPECT_FALSE(frame.answer(r, [] { return std::optional<std::string>(); }));
+        EXPECT_THROW(frame.answer(r, []() -> std::optional<std::string> { throw Error("it is broken"); }),
+                     Error);
+        EXPECT_EQ(frame.answer(r, [] { return std::optional<std::string>("now"); }), "now");
+        EXPECT_EQ(frame.counts().asked + frame.counts().kept, 1u);
+    }
+}
+
 TEST(OnDemand, IdentitiesGoOn) {
     Waiting w(Answers{});
     const Parsed r(world("Sphere 1 -1 1 360 " + load("a") + load("b") + "Sphere 1 -1 1 360"), w.options);

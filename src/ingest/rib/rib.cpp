@@ -139,6 +139,26 @@ scene::Scene read_ribs(std::span<const std::string> paths, const RibOptions& opt
     return read_sources(sources, options, journal);
 }
 
+scene::Camera read_camera(std::span<const std::string> paths, const RibOptions& options) {
+    std::vector<std::shared_ptr<const Source>> files;
+    Names sources;
+    for (const std::string& path : paths) {
+        files.push_back(Source::open(path));
+        find_texture_sources(files.back()->text(), sources);
+    }
+    Journal unheard; // whoever reads the world is told
+    for (const bool take_depth_pass : {false, true}) {
+        Reader reader(unheard,
+                      FrameChoice{options.frame, take_depth_pass, &sources, nullptr, options.repeat, true},
+                      options, *files.back());
+        for (const auto& file : files)
+            reader.run(file);
+        if (reader.context().world_done() || !reader.context().depth_pass_skipped())
+            return reader.context().scene().camera;
+    }
+    return {};
+}
+
 std::vector<RibFrame> read_frames(std::span<const std::string> paths, const RibOptions& options) {
     std::vector<std::shared_ptr<const Source>> files;
     Names sources;

@@ -1,12 +1,14 @@
 // Reads RIB (ASCII, gzip, archives) into the scene model.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
+#include "ingest/rib/expansions.h"
 #include "scene/delayed.h"
 
 namespace kanuka::ingest {
@@ -24,6 +26,8 @@ struct ProceduralRequest {
         {};                 // "name" "declaration" …: the scene's own, for who makes RIB of it
     bool in_object = false; // between ObjectBegin and ObjectEnd
     bool may_run = true;    // code that is not part of the renderer
+    // Who makes use of `detail` says so: what does not is the same at any.
+    std::shared_ptr<std::atomic<bool>> uses_detail = std::make_shared<std::atomic<bool>>(false);
 };
 
 struct RibOptions {
@@ -40,6 +44,8 @@ struct RibOptions {
     // Where procedurals with bounds go that may be read later; null = all are read at once. Not for worlds
     // that stand between the calls of a program.
     std::shared_ptr<scene::Delayed>* on_demand = nullptr;
+    // What programs and plug-ins make is looked for there first; null = they are asked each time.
+    std::shared_ptr<Expansions::Frame> expansions = {};
     size_t most_procedurals = size_t(1) << 24; // in a scene; they nest 100 deep at most
 };
 
@@ -57,6 +63,8 @@ struct RibFrame {
 scene::Scene read_rib(const std::string& path, const RibOptions& options, Journal& journal);
 // One or more, read one after another as one stream: options in the first hold for the scene in the last.
 scene::Scene read_ribs(std::span<const std::string> paths, const RibOptions& options, Journal& journal);
+// That of the world: all that is read is what stands before it.
+scene::Camera read_camera(std::span<const std::string> paths, const RibOptions& options);
 // All that RibOptions::frame may ask for, in order. Worlds are passed over; nothing is reported.
 std::vector<RibFrame> read_frames(std::span<const std::string> paths, const RibOptions& options);
 scene::Scene parse_rib(const std::string& text, const std::string& name, const RibOptions& options,

@@ -7,9 +7,10 @@
 
 namespace kanuka::ingest {
 
-ViewBound view_bound(const Context& c, const Bounds3f& b, const Transform& camera_from_bound) {
+static ViewBound view_bound(const Context& c, const scene::Camera& camera,
+                            const std::optional<float>& frame_aspect_ratio, const Bounds3f& b,
+                            const Transform& camera_from_bound) {
     using Projection = scene::Camera::Projection;
-    const scene::Camera& camera = c.options.camera;
     const bool flat = camera.projection == Projection::Orthographic;
     const bool perspective = !flat; // for sizes, fisheyes too
     ViewBound result;
@@ -38,8 +39,7 @@ ViewBound view_bound(const Context& c, const Bounds3f& b, const Transform& camer
     std::array<float, 4> window{-1, 1, -1, 1};
     if (camera.screen_window)
         window = *camera.screen_window;
-    else if (const double f = c.options.frame_aspect_ratio ? double(*c.options.frame_aspect_ratio) : aspect;
-             f >= 1)
+    else if (const double f = frame_aspect_ratio ? double(*frame_aspect_ratio) : aspect; f >= 1)
         window = {float(-f), float(f), -1, 1};
     else
         window = {-1, 1, float(-1 / f), float(1 / f)};
@@ -53,6 +53,15 @@ ViewBound view_bound(const Context& c, const Bounds3f& b, const Transform& camer
                          hi[1] * focal < std::min(window[2], window[3]) ||
                          lo[1] * focal > std::max(window[2], window[3]);
     return result;
+}
+
+ViewBound view_bound(const Context& c, const Bounds3f& b, const Transform& camera_from_bound) {
+    return view_bound(c, c.options.camera, c.options.frame_aspect_ratio, b, camera_from_bound);
+}
+
+ViewBound view_bound(const Context& c, const scene::Camera& camera, const Bounds3f& b,
+                     const Transform& world_from_bound) {
+    return view_bound(c, camera, std::nullopt, b, camera.camera_from_world * world_from_bound);
 }
 
 } // namespace kanuka::ingest

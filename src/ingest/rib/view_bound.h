@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/vec.h"
+#include "scene/scene.h"
 
 namespace kanuka::ingest {
 
@@ -12,5 +13,8 @@ struct ViewBound {
     bool outside = false; // wholly beside the picture, or behind the eye
 };
 ViewBound view_bound(const Context& context, const Bounds3f& bound, const Transform& camera_from_bound);
+// Of the world's own bound, as another camera sees it.
+ViewBound view_bound(const Context& context, const scene::Camera& camera, const Bounds3f& bound,
+                     const Transform& world_from_bound);
 
 } // namespace kanuka::ingest

@@ -187,6 +187,8 @@ void Context::begin_world(const Location& where) {
     mend_means();
     const Transform world_from_camera = set_camera(where);
     m_world_options = options;
+    if (m_frame_choice.camera_only)
+        stream.stop();
     // What was declared in camera space so far gets its place in the world.
     replace({});
     lights.place(world_from_here);
