@@ -53,6 +53,7 @@ def all_goals(results: Results) -> list[Goal]:
         kills,
         edits,
         isles,
+        levels,
         ingest,
     ):
         found += each(results)
@@ -273,6 +274,16 @@ def isles(results: Results) -> Iterator[Goal]:
             peak, each = f["peak_bytes"], f["bytes_each"]
             yield Goal("the island at scale 1: memory", "≤ 20 GB", f"{peak / 1e9:.1f} GB", yes(peak <= 20e9))
             yield Goal("the island at scale 1: an instance", "≤ 100 bytes", f"{each:.1f} bytes", yes(each <= 100))
+
+
+def levels(results: Results) -> Iterator[Goal]:
+    for view, f in results.of("levels"):
+        where = f"levels of detail, {view}"
+        geometry, tracing = Interval(**f["geometry_mb"]), Interval(**f["trace_cpu_s"])
+        yield Goal(f"{where}: geometry, over none", "≤ 1.07×", times(geometry), geometry.below(1.07))
+        yield Goal(f"{where}: tracing, over none", "< 1×", times(tracing), tracing.below(1))
+        apart = f["means_apart"]
+        yield Goal(f"{where}: picture", "means within 0.5 %", f"{100 * apart:.2f} %", yes(apart <= 0.005))
 
 
 def ingest(results: Results) -> Iterator[Goal]:

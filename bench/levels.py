@@ -3,7 +3,7 @@
     PYTHONPATH=python python bench/levels.py [--rounds 5] [--kinds 24] [--count 20000] [--rate 0.1] [--fov 40]
         [--memory 200M]
 
-Prints medians, and medians of the ratios of rounds that took turns.
+Prints medians, and medians of the ratios of rounds that took turns. For run.py: VIEWS, with levels over without.
 """
 
 from __future__ import annotations
@@ -19,7 +19,13 @@ from time import process_time
 
 import numpy as np
 
+import intervals
 from budgets import resident
+from settings import Found, Say, Settings
+
+# By a narrow lens those that are near stand beside the picture, which shows what is far and coarse.
+VIEWS = {"near": ("40", "0.1", ""), "far": ("8", "1", ""), "budget": ("8", "1", "350M")}
+RATIOS = ("vertices_m", "geometry_mb", "build_cpu_s", "trace_cpu_s")  # with levels over without
 
 
 def rocks(kinds: int, count: int, fov: float) -> object:
@@ -83,6 +89,42 @@ def render(arguments: argparse.Namespace, levels: float) -> None:
     print(json.dumps(found))
 
 
+def in_a_process(levels: str, *arguments: str) -> dict[str, float]:
+    command = [sys.executable, __file__, *arguments, "--one", levels]
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(command)} ended with {done.returncode}: {done.stderr[-1000:]}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def measure(settings: Settings, view: str, say: Say) -> Found:
+    """For run.py. The scene is of the same density in a quick run, which has a twentieth of it."""
+    fov, rate, memory = VIEWS[view]
+    kinds, count = (2, 500) if settings.quick else (12, 10_000)
+    arguments = ["--kinds", str(kinds), "--count", str(count), "--fov", fov, "--rate", rate]
+    arguments += ["--memory", "60M" if settings.quick else memory] if memory else []
+    runs: dict[str, list[dict[str, float]]] = {"0": [], "1": []}
+    for _ in range(1 if settings.quick else settings.rounds):
+        for levels, of in runs.items():
+            of.append(in_a_process(levels, *arguments))
+    rounds = {levels: {name: [run[name] for run in of] for name in of[0]} for levels, of in runs.items()}
+    without, with_ = rounds["0"], rounds["1"]
+    found = {
+        "kinds": kinds,
+        "count": count,
+        "memory": memory,
+        "coarser": with_["coarser"][0],
+        "vertices": round(1e6 * with_["vertices_m"][0]),
+        "means_apart": abs(with_["mean"][0] / without["mean"][0] - 1),
+        **{name: vars(intervals.of_ratio(with_[name], without[name])) for name in RATIOS},
+        "rounds": rounds,
+    }
+    if memory and all(without["given_back_mb"]) and all(with_["given_back_mb"]):
+        found["given_back_mb"] = vars(intervals.of_ratio(with_["given_back_mb"], without["given_back_mb"]))
+    say("  " + ", ".join(f"{name} {found[name]['value']:.3f}×" for name in RATIOS))
+    return found
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
@@ -101,9 +143,7 @@ def main() -> None:
     runs: dict[str, list[dict[str, float]]] = {each: [] for each in arguments.levels.split()}
     for _ in range(arguments.rounds):
         for levels, found in runs.items():
-            command = [sys.executable, __file__, *sys.argv[1:], "--one", levels]
-            done = subprocess.run(command, capture_output=True, text=True, env=os.environ, check=True)
-            found.append(json.loads(done.stdout.splitlines()[-1]))
+            found.append(in_a_process(levels, *sys.argv[1:]))
     first = next(iter(runs.values()))
     for name in first[0]:
         cells = []

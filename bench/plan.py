@@ -18,6 +18,7 @@ import ingest
 import isles
 import kills
 import lanes
+import levels
 import lights
 import networks
 import oracles
@@ -92,6 +93,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     made += [
         Part("isles", scene, about(isles.measure, scene), 300, scene in ("motu", "nested")) for scene in isles.SCENES
     ]
+    made += [Part("levels", view, about(levels.measure, view), 150, view == "budget") for view in levels.VIEWS]
     made += [Part("flight", way, about(flight.measure, way), 600, way == "whole") for way in flight.WAYS]
     made += [Part("oracle", "", oracles.measure, 60), Part("budgets", "", budgets.measure, 240)]
     made += [Part("kills", "", kills.measure, 300)]

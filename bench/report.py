@@ -86,6 +86,11 @@ HEADINGS = {
         "Geometry and hierarchy within a part of what they take, each render a process of its own. Peak: above what "
         "the process has before it renders. The system keeps what was given back as long as it has room.",
     ),
+    "levels": (
+        "Levels of detail of instances",
+        "Displaced rocks from near by to the horizon, `instance_levels` at 1 over 0: near fills the picture with what "
+        "is near, far by a narrow lens with the rest, and budget is far within that. Times are of the processor.",
+    ),
     "isles": (
         "Instances upon instances",
         "1024 × 429 pixels, five bounces. Read and the first picture are from the start; bytes an instance are the "

@@ -79,6 +79,19 @@ def budgets(results: Results) -> str:
     return table(head, rows)
 
 
+def levels(results: Results) -> str:
+    rows = []
+    for view, f in results.of("levels"):
+        ratios = [
+            times(intervals.Interval(**f[name])) if name in f else "–"
+            for name in ("vertices_m", "geometry_mb", "build_cpu_s", "trace_cpu_s", "given_back_mb")
+        ]
+        budget = f["memory"] or "none"
+        rows.append([view, budget, f"{f['coarser']:,} of {f['count']:,}", *ratios, f"{f['means_apart']:.2%}"])
+    head = ["", "budget", "that show one", "vertices", "geometry", "making", "tracing", "given back", "means apart"]
+    return table(head, rows)
+
+
 def store(results: Results) -> str:
     rows = []
     for scene, f in results.of("store"):

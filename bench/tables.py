@@ -9,7 +9,7 @@ import intervals
 from cells import NOT_MEASURED, TITLES, show, table
 from goals import all_goals, times
 from results import Results
-from reuse_tables import budgets, edits, kills, oracle, shots, store
+from reuse_tables import budgets, edits, kills, levels, oracle, shots, store
 
 
 def goals(results: Results) -> str:
@@ -388,6 +388,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         oracle,
         budgets,
         kills,
+        levels,
         isles,
         ingest,
         taken,
