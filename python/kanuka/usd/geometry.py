@@ -21,6 +21,7 @@ from .spaces import Spaces
 from .stage import Gathered, Say
 
 AHEAD = ("faceVertexCounts", "faceVertexIndices", "subdivisionScheme")  # attributes that are read for many prims
+AS_POINTS = 100
 MOST_POINTS = 1 << 15  # of prims whose attributes are read together
 ST = ("st", "UVMap", "map1", "uv")  # and some exporters' names of it
 
@@ -44,6 +45,8 @@ class Shapes:
     adders: dict[str, Callable]
     shown: Sequence[Shown] = ()
     asked: set[str] = field(default_factory=set)  # names of primvars that materials and layers read
+    own_values: set[str] = field(default_factory=set)  # names of primvars that solids have themselves
+    points: int = 0  # of all that was added; solids have none, and count as AS_POINTS
     named: dict[str, tuple[str, str]] = field(default_factory=dict)  # those of materials: Kanuka's names and kinds
 
     def add(self, place: kanuka.Scene | kanuka.Group, items: Sequence[Item]) -> None:
@@ -73,6 +76,7 @@ class Shapes:
         while count < most and (item := next(items, None)):
             points = item.ahead["points"] = item.authored("points", self.shutter.frame)
             count += len(points) if is_list(points) else 0
+            self.points += len(points) if is_list(points) else AS_POINTS
             yield item
 
     def bind(self, items: Sequence[Item]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -74,6 +74,20 @@ class Variables:
                 made = {}
             self._found[name, ours, kind] = {key.split(" ", 1)[1]: values for key, values in made.items()}
         return self._found[name, ours, kind]
+
+
+def together_of(each: Sequence[dict]) -> dict:
+    """Differences of instances that stand alone, as one has them of all: of the same names."""
+    first = each[0]
+    made = {
+        name: value if isinstance(value, bool) else np.concatenate([of[name] for of in each])
+        for name, value in first.items()
+        if name != "primvars"
+    }
+    if "primvars" in first:
+        keys = first["primvars"]
+        made["primvars"] = {key: np.concatenate([of["primvars"][key] for of in each]) for key in keys}
+    return made
 
 
 @dataclass

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
@@ -13,9 +13,10 @@ from kanuka.looks.files import Files
 
 from . import draw_modes, light_limits, volumes
 from .adders import ADDERS
+from .arrays import primvar
 from .geometry import Shapes
 from .instanced_lights import InstancedLights, Places, instanced
-from .instances import Instancer, Variables, differences_of
+from .instances import Instancer, Variables, differences_of, together_of
 from .items import IDENTITY, Above, Item, above_of, bindings_of, handed_down, moved, place_all
 from .lights import ADDERS as LIGHTS
 from .lights import Light, portals, stage_lights
@@ -39,6 +40,9 @@ CLOSED = frozenset({"Material", "Shader", "NodeGraph", "GeomSubset", "LightFilte
 OPEN = frozenset({"", "Xform", "Scope", "Camera", "SkelRoot", "Skeleton", "GeometryLight"})
 Place = kanuka.Scene | kanuka.Group
 BATCH = 256  # shapes that are added together
+# Groups of a prototype may differ by values which instances of one group can have as well, if these hold no more points
+# together; or are no more than are exact as variables of instances.
+EXACT_POINTS, LEAST_EXACT = 250_000, 8
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 LOOSE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 
@@ -69,6 +73,26 @@ class Instances:
         return instanced(self.held.lights, self.matrices, self.held.path, self.path or self.held.path)
 
 
+def joined(instances: Sequence[Instances]) -> list[Instances]:
+    """Native ones of a group, which come one by one, are added at once: they take less memory, and time."""
+    made: dict[tuple, list[Instances]] = {}
+    for k, each in enumerate(instances):
+        kinds = tuple(sorted(each.differences)), tuple(sorted(each.differences.get("primvars", ())))
+        native = each.path != Sdf.Path.emptyPath
+        of = (id(each.held), each.matrices.shape, kinds) if native else (k,)
+        made.setdefault(of, []).append(each)
+    return [
+        each[0]
+        if len(each) == 1
+        else replace(
+            each[0],
+            matrices=np.concatenate([one.matrices for one in each], axis=-3),
+            differences=together_of([one.differences for one in each]),
+        )
+        for each in made.values()
+    ]
+
+
 @dataclass
 class Found:
     """What is below a prim, in the order of the stage."""
@@ -81,10 +105,17 @@ class Found:
 
 @dataclass
 class Family:
-    """Groups of a prototype. They differ by what they inherit: by values of primvars that their materials ask for."""
+    """Groups of a prototype. They differ by what they inherit: by values of primvars that their materials ask for.
+    `shared`: those whose instances have such values as variables; they differ by others."""
 
     asked: set[str] = field(default_factory=set)
     groups: dict[tuple, Held] = field(default_factory=dict)
+    shared: dict[tuple, Held] = field(default_factory=dict)
+    points: int = 1  # of one of its groups
+
+    @property
+    def most_exact(self) -> int:
+        return max(LEAST_EXACT, EXACT_POINTS // self.points)
 
 
 @dataclass
@@ -144,18 +175,18 @@ class Reader:
         for model in found.models:
             self.draw_modes.draw(place, model)
         for each in found.instances:
-            self.add_instances(place, each)
+            self.tell_of(each)
+        for each in joined(found.instances):
+            place.add_instances(each.held.group, each.matrices, **each.differences)
         if place is self.scene:  # lights of groups are added with their instances
             for prim, matrices in found.lights:
                 self.add_light(prim, matrices[0], self.say)
             for each in found.instances:
                 self.instanced.add(self, each.lights())
 
-    def add_instances(self, place: Place, each: Instances) -> None:
-        differences = dict(each.differences)
-        if each.matrices.ndim == 4 and len(each.matrices) > 1 and differences.pop("unique", False):
+    def tell_of(self, each: Instances) -> None:
+        if each.matrices.ndim == 4 and len(each.matrices) > 1 and each.differences.pop("unique", False):
             self.gathered.note("primvars:kanuka:unique: what moves stays instances", str(each.path or each.held.path))
-        place.add_instances(each.held.group, each.matrices, **differences)
         if each.held.normalized and (np.abs(np.linalg.det(each.matrices[..., :3]) - 1) > 1e-3).any():
             text = "normalize divides by the area of its mesh in the prototype, whose instances are scaled"
             self.gathered.note(text, each.held.normalized)
@@ -165,10 +196,13 @@ class Reader:
 
     # ---- the walk
 
-    def collect(self, top: Usd.Prim, root: Above, place: Place | None = None) -> Found:
+    def collect(
+        self, top: Usd.Prim, root: Above, place: Place | None = None, without: frozenset[str] = frozenset()
+    ) -> Found:
         """All that is at and below `top`. The matrix of `top` itself is in `root` already. Groups of what is instanced
         below are made on the way: a group holds instances of groups made before it. With a place what is found goes
-        there on the way too, and only the rest comes back: less waits in memory."""
+        there on the way too, and only the rest comes back: less waits in memory. `without`: primvars of `top` that
+        nothing below inherits."""
         found = Found()
         waiting, inside = [(top, root)], False
         usual = top.IsPseudoRoot() or (top.IsDefined() and not top.IsAbstract())
@@ -202,6 +236,7 @@ class Reader:
                 found = Found()
             if children:
                 here = handed_down(prim, names, here)
+                here = without_primvars(here, without) if without and prim == top else here
                 waiting.extend((child, here) for child in reversed(children))
         return found
 
@@ -260,8 +295,11 @@ class Reader:
     def place_instance(self, found: Found, prim: Usd.Prim, names: frozenset[str], here: Above) -> None:
         inherited = handed_down(prim, names, here)
         key = (prim.GetPrototype().GetPath(), here.purpose, here.draw_mode, bindings_of(inherited))
-        held = self.group_of(key, prim, self.links.path_of(prim), here._replace(matrices=(IDENTITY,)), inherited)
-        differences = differences_of(prim, self.shutter.frame, 1, self.say)
+        at, above = self.links.path_of(prim), here._replace(matrices=(IDENTITY,))
+        said = any(name.startswith("primvars:kanuka:") for name in names)
+        differences = differences_of(prim, self.shutter.frame, 1, self.say) if said else {}
+        held, primvars = self.group_of_many(key, prim, at, above, inherited)
+        differences |= {"primvars": primvars} if primvars else {}
         found.instances.append(Instances(held, here.columns[..., None, :3, :], prim.GetPath(), differences))
 
     def place_instancer(self, found: Found, prim: Usd.Prim, here: Above, root: tuple[Usd.Prim, Above]) -> None:
@@ -292,20 +330,66 @@ class Reader:
     def group_of(self, key: tuple, prim: Usd.Prim, at: Sdf.Path, above: Above, inherited: Above) -> Held:
         """What a prototype holds, added once for each way in which it is linked with lights, being `at` a path, and for
         each set of values that its prims inherit."""
-        family = self._families.setdefault((*key, self.links.signature(at, prim)), Family())
+        return self.group_in(self.family_of(key, prim, at), prim, at, above, inherited)
+
+    def group_in(self, family: Family, prim: Usd.Prim, at: Sdf.Path, above: Above, inherited: Above) -> Held:
         if (values := family_values(family, inherited, self.shutter.frame)) not in family.groups:
-            outside, self.shapes.asked = self.shapes.asked, set()
-            held = self.hold(prim, at, above)
-            family.asked |= self.shapes.asked
+            held = self.hold_of(family, prim, at, above)
             family.groups[family_values(family, inherited, self.shutter.frame)] = held
-            self.shapes.asked |= outside
             return held
         self.shapes.asked |= family.asked
         return family.groups[values]
 
-    def hold(self, prim: Usd.Prim, at: Sdf.Path, above: Above) -> Held:
+    def group_of_many(
+        self, key: tuple, prim: Usd.Prim, at: Sdf.Path, above: Above, inherited: Above
+    ) -> tuple[Held, dict[str, np.ndarray]]:
+        """The same of a native instance: what is in it may inherit other values from each. Where they are too many
+        there is one group more, whose instances have them as variables, as Scene.add_instances() takes these."""
+        family = self.family_of(key, prim, at)
+        values = family_values(family, inherited, self.shutter.frame)
+        if values in family.groups or len(family.groups) < family.most_exact or prim.GetTypeName() in ADDERS:
+            return self.group_in(family, prim, at, above, inherited), {}
+        own = self.variables(family, inherited)
+        if not own:
+            return self.group_in(family, prim, at, above, inherited), {}
+        others = tuple(each for each in values if each[0] not in own)
+        if others not in family.shared:
+            without = frozenset(family.asked) - {name for name, _ in others}
+            family.shared[others] = self.hold_of(family, prim, at, without_primvars(above, without), without)
+        self.shapes.asked |= family.asked
+        return family.shared[others], {key: value for each in own.values() for key, value in each.items()}
+
+    def variables(self, family: Family, inherited: Above) -> dict[str, dict[str, np.ndarray]]:
+        """Of the primvars that its materials ask for, those that are inherited and of one value, by their names."""
+        found: dict[str, dict[str, np.ndarray]] = {}
+        for have in inherited.primvars:
+            name = str(have.GetPrimvarName())
+            # Variables of instances would go over values of the material, which own ones of solids are.
+            if name not in family.asked & set(self.shapes.named) or name in self.shapes.own_values:
+                continue
+            ours, kind = self.shapes.named[name]
+            made = primvar(have, ours, kind, self.shutter.frame, self.spaces.colors)
+            if made and all(len(values) == 1 for values in made.values()):
+                found[name] = {key.split(" ", 1)[1]: values for key, values in made.items()}
+        return found
+
+    def family_of(self, key: tuple, prim: Usd.Prim, at: Sdf.Path) -> Family:
+        return self._families.setdefault((*key, self.links.signature(at, prim)), Family())
+
+    def hold_of(
+        self, family: Family, prim: Usd.Prim, at: Sdf.Path, above: Above, without: frozenset[str] = frozenset()
+    ) -> Held:
+        outside, self.shapes.asked = self.shapes.asked, set()
+        points = self.shapes.points
+        held = self.hold(prim, at, above, without)
+        family.points = max(family.points, self.shapes.points - points)
+        family.asked |= self.shapes.asked
+        self.shapes.asked |= outside
+        return held
+
+    def hold(self, prim: Usd.Prim, at: Sdf.Path, above: Above, without: frozenset[str] = frozenset()) -> Held:
         with self.links.placed(prim.GetPath(), at):
-            found = self.collect(prim, above)
+            found = self.collect(prim, above, without=without)
             group = self.scene.add_group(str(prim.GetPath()))
             self.mesh_lights.last_normalized = ""
             self.fill(group, found)
@@ -318,6 +402,10 @@ def loose_children(prim: Usd.Prim) -> list[Usd.Prim]:
     """Of prototypes that are below a class or an over, so that nothing else renders them (UsdGeomPointInstancer)."""
     found = prim.GetFilteredChildren(LOOSE)
     return [child for child in found if child.GetSpecifier() == Sdf.SpecifierDef]
+
+
+def without_primvars(above: Above, names: frozenset[str]) -> Above:
+    return above._replace(primvars=tuple(p for p in above.primvars if str(p.GetPrimvarName()) not in names))
 
 
 def family_values(family: Family, above: Above, frame: Usd.TimeCode) -> tuple:

@@ -39,6 +39,7 @@ def solid(shapes: Shapes, item: Item, sizes: dict[str, int] | None = None) -> di
             row = values[0].tolist()
             numbers[rest] = row[0] if len(row) == 1 else tuple(row)
     looks = shapes.looks(item, made)
+    shapes.own_values |= {name for name in made.primvars if f"primvars:{name}" in item.names}
     if numbers:
         looks["material"] = made.with_values(numbers)
     if sizes is not None:
