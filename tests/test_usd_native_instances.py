@@ -140,9 +140,15 @@ def test_few_values_are_groups_and_exact(tmp_path: Path, shape: str) -> None:
 
 @pytest.mark.parametrize("shape", [MESH, ball("b", 0)], ids=["mesh", "solid"])
 def test_many_are_variables_of_instances(few: None, tmp_path: Path, shape: str) -> None:
-    """Of the prototype, nine groups: eight of a value each, and one whose four instances have theirs."""
+    """Of the prototype, nine groups: eight of a value each, and one whose four instances have theirs. What a shape
+    elsewhere has itself is of no matter."""
     inside = shape.replace("MORE", "")
-    scene = loaded(tmp_path, prototype(inside), *(native(f"i{k}", color(c), PLACES[k]) for k, c in enumerate(COLORS)))
+    scene = loaded(
+        tmp_path,
+        ball("first", 0, color((1, 1, 1))).replace("0.2", "0.01"),
+        prototype(inside),
+        *(native(f"i{k}", color(c), PLACES[k]) for k, c in enumerate(COLORS)),
+    )
     assert groups(scene) == 9
     assert albedo(scene) == pytest.approx(expected(tmp_path, inside, [color(c) for c in COLORS]), abs=2e-3)
 

@@ -109,6 +109,7 @@ class Family:
     `shared`: those whose instances have such values as variables; they differ by others."""
 
     asked: set[str] = field(default_factory=set)
+    own_values: set[str] = field(default_factory=set)  # names of primvars that solids in it have themselves
     groups: dict[tuple, Held] = field(default_factory=dict)
     shared: dict[tuple, Held] = field(default_factory=dict)
     points: int = 1  # of one of its groups
@@ -337,7 +338,7 @@ class Reader:
             held = self.hold_of(family, prim, at, above)
             family.groups[family_values(family, inherited, self.shutter.frame)] = held
             return held
-        self.shapes.asked |= family.asked
+        self.note_reads(family)
         return family.groups[values]
 
     def group_of_many(
@@ -356,7 +357,7 @@ class Reader:
         if others not in family.shared:
             without = frozenset(family.asked) - {name for name, _ in others}
             family.shared[others] = self.hold_of(family, prim, at, without_primvars(above, without), without)
-        self.shapes.asked |= family.asked
+        self.note_reads(family)
         return family.shared[others], {key: value for each in own.values() for key, value in each.items()}
 
     def variables(self, family: Family, inherited: Above) -> dict[str, dict[str, np.ndarray]]:
@@ -365,7 +366,7 @@ class Reader:
         for have in inherited.primvars:
             name = str(have.GetPrimvarName())
             # Variables of instances would go over values of the material, which own ones of solids are.
-            if name not in family.asked & set(self.shapes.named) or name in self.shapes.own_values:
+            if name not in family.asked & set(self.shapes.named) or name in family.own_values:
                 continue
             ours, kind = self.shapes.named[name]
             made = primvar(have, ours, kind, self.shutter.frame, self.spaces.colors)
@@ -379,13 +380,21 @@ class Reader:
     def hold_of(
         self, family: Family, prim: Usd.Prim, at: Sdf.Path, above: Above, without: frozenset[str] = frozenset()
     ) -> Held:
-        outside, self.shapes.asked = self.shapes.asked, set()
-        points = self.shapes.points
+        shapes = self.shapes
+        outside = shapes.asked, shapes.own_values
+        points, shapes.asked, shapes.own_values = shapes.points, set(), set()
         held = self.hold(prim, at, above, without)
-        family.points = max(family.points, self.shapes.points - points)
-        family.asked |= self.shapes.asked
-        self.shapes.asked |= outside
+        family.points = max(family.points, shapes.points - points)
+        family.asked |= shapes.asked
+        family.own_values |= shapes.own_values
+        shapes.asked, shapes.own_values = outside
+        self.note_reads(family)
         return held
+
+    def note_reads(self, family: Family) -> None:
+        """What holds it reads the same."""
+        self.shapes.asked |= family.asked
+        self.shapes.own_values |= family.own_values
 
     def hold(self, prim: Usd.Prim, at: Sdf.Path, above: Above, without: frozenset[str] = frozenset()) -> Held:
         with self.links.placed(prim.GetPath(), at):
