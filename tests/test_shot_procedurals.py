@@ -288,6 +288,23 @@ def test_libraries_in_c_are_asked_once(root: Path, kanuka_command, tmp_path: Pat
         assert np.array_equal(a, b)
 
 
+def test_why_something_is_made_again_goes_by_what_it_is(kanuka_command, tmp_path: Path) -> None:
+    """Not by the order in which rays meet it: the second hides the first. Curves face the camera in each frame."""
+    for name, x in (("wide", 1), ("thin", 0.3)):
+        line = f'Curves "linear" [2] "nonperiodic" "P" [-{x} 0 0 {x} 0 0] "constantwidth" [{x}]'
+        (tmp_path / f"{name}.rib").write_text(
+            f'AttributeBegin Surface "{"matte" if x < 1 else "plastic"}" {line} AttributeEnd'
+        )
+    behind = "[-1 1 -1 1 0 0.1] TransformEnd TransformBegin Translate 0 0 -1"
+    body = f"""TransformBegin Translate 0 0 1 Procedural "DelayedReadArchive" ["wide.rib"] {behind}
+        Procedural "DelayedReadArchive" ["thin.rib"] [-1 1 -1 1 0 0.1] TransformEnd"""
+    _, statistics = rendered(kanuka_command, write(tmp_path, body), "--together")
+    assert [each["count"]["procedurals_read"] for each in statistics] == [2] * 4
+    for each in statistics[1:]:
+        assert {reason["why"] for reason in each["made_again"]} <= {"camera step"}
+    assert statistics[1]["made_again"][0]["primitives"] == 2
+
+
 def test_a_limit_of_memory_is_of_each_frame(kanuka_command, tmp_path: Path) -> None:
     """Nothing is read ahead: it might take the room of what a frame meets."""
     archives(tmp_path)

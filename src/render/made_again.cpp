@@ -8,6 +8,10 @@ namespace kanuka::render {
 
 namespace {
 
+uint64_t key_of(const scene::Primitive& primitive) {
+    return primitive.node != scene::NodeId::None ? uint64_t(primitive.node) : uint64_t(primitive.id);
+}
+
 std::string name_of(const scene::Primitive& primitive) {
     return primitive.attributes ? primitive.attributes->name : "";
 }
@@ -122,7 +126,7 @@ std::vector<std::string> MadeAgain::reasons_for(const scene::Primitive& primitiv
         return {m_all};
     if (had_no_room)
         return {"no room"};
-    const auto found = m_known.find(primitive.id);
+    const auto found = m_known.find(key_of(primitive));
     if (found == m_known.end() || found->second.name != name_of(primitive))
         return {"new"};
     const PageInputs& before = found->second.inputs;
@@ -166,7 +170,7 @@ void MadeAgain::note(const scene::Primitive& primitive, PageInputs now,
             m_reasons.push_back({why, 0, name_of(primitive), primitive.id, primitive.where});
         m_reasons[place->second].primitives++;
     }
-    m_known[primitive.id] = {name_of(primitive), std::move(now), m_making};
+    m_known[key_of(primitive)] = {name_of(primitive), std::move(now), m_making};
 }
 
 } // namespace kanuka::render

@@ -42,7 +42,8 @@ class MadeAgain {
 
     // A making begins. `all`: why nothing of the last one is of use; empty = it may be.
     void begin(std::string all = "");
-    // Of what is made now, and was not before or is of other inputs. Primitives are known by their ids.
+    // Of what is made now, and was not before or is of other inputs. Primitives are known by their nodes: ids
+    // of what is read on demand go by the order in which rays have met it.
     std::vector<std::string> reasons_for(const scene::Primitive& primitive, const PageInputs& now,
                                          const shade::Material& here, bool had_no_room) const;
     // In the order of primitives. Without reasons: it was kept.
@@ -56,7 +57,7 @@ class MadeAgain {
         PageInputs inputs;
         uint64_t making; // number of the last that had it
     };
-    std::map<int, Known> m_known;          // what makings have not had for a while is forgotten
+    std::map<uint64_t, Known> m_known;     // what makings have not had for a while is forgotten
     std::map<std::string, size_t> m_place; // among the reasons
     std::vector<Reason> m_reasons;
     std::string m_all;
