@@ -11,7 +11,7 @@ import kanuka
 from scenes import quad
 
 
-def room(size: int = 64) -> kanuka.Scene:
+def room(size: int = 64, lamp: bool = False) -> kanuka.Scene:
     """A dark room that is open to a white sky on one side: long paths that bring little."""
     scene = kanuka.Scene()
     scene.resolution = size, size
@@ -26,6 +26,8 @@ def room(size: int = 64) -> kanuka.Scene:
     ):
         scene.add_mesh(*quad(a, b, c, d), material=grey)
     scene.add_light("environment", amount=(1, 1, 1))
+    if lamp:
+        scene.add_light("point", amount=(0.1, 0.1, 0.1), position=(0, 0.5, 0))
     return scene
 
 
@@ -40,21 +42,41 @@ def test_it_is_learned_before_the_second_progression() -> None:
     assert all(factor >= 1 for factor in two.stats["roulette"])
     fixed = kanuka.render(room(), progressions=2, integrator="path:roulette=0")
     assert fixed.stats["roulette"] == []
-    np.testing.assert_array_equal(rgb(kanuka.render(room(), progressions=1, integrator="path:roulette=0")), rgb(one))
     assert np.any(rgb(fixed) != rgb(two))
+    # The first is as ever, but where the sky is the only light: there the first bounce searches it twice.
+    for lamp in (False, True):
+        first, plain = (
+            kanuka.render(room(lamp=lamp), progressions=1, integrator=i) for i in ("path", "path:roulette=0")
+        )
+        assert np.array_equal(rgb(first), rgb(plain)) == lamp
+        assert (first.stats["count"]["rays"] > plain.stats["count"]["rays"]) != lamp
 
 
-def test_the_light_is_the_same_for_fewer_rays() -> None:
+def test_the_light_is_the_same_for_less_noise_and_fewer_rays() -> None:
+    """Noise is the variance of pixels over seeds."""
     pictures = {}
-    rays = {}
+    cost = {}
     for name in ("path", "path:roulette=0"):
         batches = [kanuka.render(room(), progressions=64, seed=seed, integrator=name) for seed in range(6)]
         pictures[name] = np.array([rgb(one).mean((0, 1)) for one in batches])
-        rays[name] = sum(one.stats["count"]["rays"] for one in batches)
+        rays = sum(one.stats["count"]["rays"] for one in batches)
+        cost[name] = rays * np.array([rgb(one) for one in batches]).var(0, ddof=1).mean()
     learned, fixed = pictures["path"], pictures["path:roulette=0"]
     error = np.sqrt((learned.var(0, ddof=1) + fixed.var(0, ddof=1)) / len(fixed))
     np.testing.assert_array_less(np.abs(learned.mean(0) - fixed.mean(0)), 5 * error + 1e-4)
-    assert rays["path"] < 0.95 * rays["path:roulette=0"]
+    assert cost["path"] < 0.95 * cost["path:roulette=0"]
+
+
+def test_the_sky_is_searched_in_pairs_where_it_is_hidden_in_part() -> None:
+    stats = kanuka.render(room(), progressions=2).stats
+    assert stats["sky_pairs"][:1] == [0]
+    assert kanuka.render(room(), progressions=2, integrator="path:roulette=0").stats["sky_pairs"] == []
+    floor = kanuka.Scene()
+    floor.resolution = 64, 64
+    floor.camera = kanuka.Camera((0, 3, 0.1), (0, 0, 0), fov=20)
+    floor.add_mesh(*quad((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9)), material=kanuka.Material("matte"))
+    floor.add_light("environment", amount=(1, 1, 1))
+    assert kanuka.render(floor, progressions=2).stats["sky_pairs"] == []
 
 
 @pytest.mark.parametrize("lanes", [1, 8])

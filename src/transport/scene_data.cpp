@@ -200,7 +200,7 @@ SceneData::SceneData(const SceneInputs& in, Journal& journal) {
     fill_settings(*this, in);
     fill_media(*this, *in.store, in.volume_depth, journal);
     fill_lights(*this, in, palette, journal);
-    // What is learned will hardly say otherwise where nothing but the sky shines.
+    // What is learned will seldom say otherwise where nothing but the sky shines.
     view.settings.first_pairs = RoulettePilot::is_wanted(view.settings) && view.lights.choices == 0;
     fill_expressions(*this, in);
     fill_multipliers(*this, in, journal);

@@ -19,7 +19,8 @@ class SurfaceStage : public SurfaceLight<W> {
         : Light(at, shadow_rays), m_next(next), m_pair_rays(&shadow_rays) {
         const RouletteFactors* learned = learned_at(at.scene.settings, at.reversed_progression);
         m_pairs_sky =
-            (learned ? learned->pairs_sky(at.number) : at.scene.settings.first_pairs && at.number == 0) &&
+            (learned ? learned->pairs_sky(at.number)
+                     : at.scene.settings.first_pairs && at.reversed_progression == 0 && at.number == 0) &&
             at.scene.lights.pairs_sky();
     }
     // Of a pilot, which has the light of each direction whole.
