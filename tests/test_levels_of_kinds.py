@@ -66,15 +66,21 @@ def test_variables_are_those_of_things_that_have_them() -> None:
     expect_alike(seeds(apart, 0, 200), seeds(scene, 1, 300, memory="1G"))
 
 
-def ahead(distance: float, primvars: dict, levels: float, **options: object) -> kanuka.Picture:
-    """One in the picture, far away, and others beside it, out of it, whose values are other ones."""
+def seen_from(distance: float) -> tuple[kanuka.Scene, np.ndarray]:
+    """And places: one in the picture, far away, and nine beside it, out of it."""
     scene = kanuka.Scene()
     scene.resolution = 16, 16
     scene.options.shader_path = FOLDER
     scene.camera = kanuka.Camera((0, 0, distance), (0, 0, 0), fov=5.7)
     scene.add_light("environment", amount=1)
     beside = [at(4 * k - 18, 3, distance + 3) for k in range(9)]
-    scene.add_instances(ball(scene), np.stack([at(0, 0, 0), *beside]), primvars=primvars)
+    return scene, np.stack([at(0, 0, 0), *beside])
+
+
+def ahead(distance: float, primvars: dict, levels: float, **options: object) -> kanuka.Picture:
+    """The values of the others are other ones."""
+    scene, places = seen_from(distance)
+    scene.add_instances(ball(scene), places, primvars=primvars)
     return kanuka.render(scene, progressions=4, instance_levels=levels, journal=kanuka.Journal(), **options)
 
 
@@ -115,15 +121,10 @@ def test_many_numbers_are_blended_in_each_level() -> None:
 def test_tints_variants_and_variables_go_together() -> None:
     """Values of one, in two levels of detail, are those of an instance that is alone."""
     for distance in (12, 16, 30):
-        scene = kanuka.Scene()
-        scene.resolution = 16, 16
-        scene.options.shader_path = FOLDER
-        scene.camera = kanuka.Camera((0, 0, distance), (0, 0, 0), fov=5.7)
-        scene.add_light("environment", amount=1)
-        beside = [at(4 * k - 18, 3, distance + 3) for k in range(9)]
+        scene, places = seen_from(distance)
         tint = [(1, 0.5, 0.25), *[(1, 1, 1)] * 9]
         primvars = {"wetness": [0.5, *[0] * 9]}
-        scene.add_instances(ball(scene), np.stack([at(0, 0, 0), *beside]), tint=tint, primvars=primvars)
+        scene.add_instances(ball(scene), places, tint=tint, primvars=primvars)
         picture = kanuka.render(scene, progressions=4, instance_levels=0.25)
         leaf = 0.5 * np.array(tint[0])
         assert albedo(picture) == pytest.approx(by_itself(distance, wetness=0.5, leaf=leaf), abs=5e-3)

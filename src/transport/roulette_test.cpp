@@ -4,8 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "transport/roulette_pilot.h"
-#include "transport/test_scene.h"
+#include "transport/test_pilot.h"
 
 namespace kanuka::transport {
 namespace {
@@ -86,12 +85,7 @@ std::optional<RouletteFactors> sheet(double a, int lanes) {
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.5f, 256, 128);
     s.inputs.lights.push_back(constant_sky(Rgb(1)));
     s.finish();
-    s.view.settings.roulette = &RoulettePilot::Weak;
-    RoulettePilot pilot(256, 128);
-    const auto kernel = make_kernel(s.view, lanes);
-    for (size_t b = 0; b < pilot.batches(); b++)
-        pilot.trace(b, *kernel);
-    return pilot.learn();
+    return learn_by_pilot(s, 256, 128, lanes);
 }
 
 TEST(RoulettePilot, FindsWhatASheetIsWorth) {

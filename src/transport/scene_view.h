@@ -41,8 +41,8 @@ struct SettingsView {
     int light_samples = 1;                     // of a surface hit, of each of LightsView::samples
     int roulette_depth = 4;                    // where none has been learned
     const RouletteFactors* roulette = nullptr; // from progression 1 on; null = none have been learned
-    bool first_pairs =
-        false; // in progression 0: does the first bounce search the sky along pairs of directions?
+    // In progression 0: the first bounce searches the sky along pairs of directions.
+    bool first_pairs = false;
     // false: paths end where they come from anything but the camera and smooth lobes
     bool interreflection = true;
     // Densities differ between wavelengths: something disperses, or scatters inside.
