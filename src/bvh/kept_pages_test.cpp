@@ -97,6 +97,7 @@ class KeptPages : public ::testing::Test {
         store::HierarchyFiles files(disk, {.maps = maps, .least_bytes = 0});
         const Scene scene(place.shapes.store, place.groups,
                           {.pages_from = 0, .page_bytes = page_bytes, .files = has_files ? &files : nullptr});
+        disk.close();
         if (m_prunes)
             store::trim_store(m_folder, 0);
         const std::vector<Ray> rays = random_rays(20000, 4, 3);

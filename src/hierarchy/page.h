@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -82,22 +83,28 @@ template <class Body>
 class PageMemory {
   public:
     PageMemory() = default;
-    explicit PageMemory(size_t bytes) : m_lines((bytes + sizeof(Line) - 1) / sizeof(Line)) {}
+    explicit PageMemory(size_t bytes)
+        : m_lines(std::make_shared<Lines>((bytes + sizeof(Line) - 1) / sizeof(Line))) {}
     // What lies in a file from byte `at` on, a multiple of 64.
     PageMemory(MappedFile file, size_t at) : m_file(std::move(file)), m_at(at) {}
-    std::byte* data() { return reinterpret_cast<std::byte*>(m_lines.data()); } // of what it owns
+    std::byte* data() { return reinterpret_cast<std::byte*>(m_lines->data()); } // of what it owns
     const std::byte* data() const { return bytes().data(); }
     size_t size() const { return bytes().size(); }
     std::span<const std::byte> bytes() const {
-        return m_file.empty() ? std::as_bytes(std::span(m_lines)) : m_file.bytes().subspan(m_at);
+        if (!m_file.empty())
+            return m_file.bytes().subspan(m_at);
+        return m_lines ? std::as_bytes(std::span(*m_lines)) : std::span<const std::byte>();
     }
+    // Of what it owns: the bytes stay as long as somebody holds this.
+    std::shared_ptr<const void> hold() const { return m_lines; }
     Page page() const { return Page(data()); }
 
   private:
     struct alignas(64) Line {
         std::byte bytes[64];
     };
-    LargeVector<Line> m_lines;
+    using Lines = LargeVector<Line>;
+    std::shared_ptr<Lines> m_lines;
     MappedFile m_file; // in place of those
     size_t m_at = 0;
 };

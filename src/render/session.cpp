@@ -210,7 +210,9 @@ class Session::Impl {
                         ExitCode::Usage);
         if (!prepare(progress))
             return false;
-        return work(progress, [&] { return making().tracing->run(first() + progressions); });
+        const bool done = work(progress, [&] { return making().tracing->run(first() + progressions); });
+        making().world->close_store();
+        return done;
     }
 
     int progressions() const {

@@ -37,6 +37,7 @@ World::World(Job& job, Kept* kept)
 }
 
 World::~World() {
+    close_store();
     if (reads_ahead())
         m_on_demand->note_read(m_kept->met);
     const bool is_of_one_picture = m_on_demand && !reads_ahead(); // what rays have met
@@ -46,6 +47,11 @@ World::~World() {
     m_kept->geometry = std::move(m_geometry);
     m_kept->bvh = std::move(m_bvh);
     m_kept->of_bvh = m_of_bvh;
+}
+
+void World::close_store() {
+    if (m_disk)
+        m_disk->close();
 }
 
 void World::place_camera() {
@@ -146,7 +152,7 @@ void World::build_surfaces() {
     if (m_has_keys)
         m_kept->pages.next();
     if (m_disk)
-        m_disk->close();
+        m_disk->end_pack();
     if (m_job.delayed) {
         const int megabytes = m_job.options.procedural_memory;
         m_on_demand =

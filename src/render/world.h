@@ -30,6 +30,9 @@ class World {
 
     void build();
     void build_surfaces(); // all of it but the hierarchy
+    // Waits until all that the store is to have is written, while rays are traced, and tells what could not
+    // be.
+    void close_store();
     // Reads what rays have met since the last call. True: there is more to be traced now.
     bool extend();
 

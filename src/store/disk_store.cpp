@@ -40,6 +40,7 @@ DiskStore::DiskStore(Settings settings, Journal& journal)
         fs::create_directories(m_settings.folder, ec);
     if (ec || !fs::is_directory(m_settings.folder, ec)) {
         fail(ec ? ec.message() : "there is no such folder");
+        tell_of_failure();
         return;
     }
     std::vector<std::string> files;
@@ -57,12 +58,19 @@ DiskStore::~DiskStore() {
 }
 
 void DiskStore::fail(const std::string& what) {
-    if (std::exchange(m_failed, true))
+    if (m_failed.exchange(true))
+        return;
+    const std::lock_guard lock(m_mutex);
+    m_failure = what;
+}
+
+void DiskStore::tell_of_failure() {
+    const std::lock_guard lock(m_mutex);
+    if (m_failure.empty() || std::exchange(m_has_told, true))
         return;
     m_journal.warning({m_settings.folder}, "the store cannot be " +
                                                std::string(m_settings.writes ? "written" : "read") + " (" +
-                                               what + "): the render goes on without it");
-    m_writer.reset(); // which `what` may be of
+                                               m_failure + "): the render goes on without it");
 }
 
 void DiskStore::add_pack(const std::string& path) {
@@ -133,32 +141,88 @@ void DiskStore::tell_of_damaged_hierarchy(const std::string& path, const std::st
         ::unlink(path.c_str());
 }
 
+// ---- writing
+
+Page DiskStore::spare_page() {
+    const std::lock_guard lock(m_mutex);
+    if (m_spare.empty())
+        return {};
+    Page page = std::move(m_spare.back());
+    m_spare.pop_back();
+    return page;
+}
+
 void DiskStore::write(const StoredPage& stored, const Page& page) {
     if (!m_settings.writes || m_failed)
+        return tell_of_failure();
+    // Whose it is moves its vertices later.
+    const auto copy = std::make_shared<Page>(spare_page());
+    copy->words.assign(page.words.begin(), page.words.end());
+    m_bytes_written += page.words.size() * 4;
+    m_background.post(page.words.size() * 4, [this, stored, copy] {
+        write_now(stored, *copy);
+        const std::lock_guard lock(m_mutex);
+        m_spare.push_back(std::move(*copy));
+    });
+}
+
+void DiskStore::write_now(const StoredPage& stored, const Page& page) {
+    if (m_failed)
         return;
     if (!m_writer)
         m_writer = std::make_unique<PackWriter>(m_settings.folder, digest_of(m_settings.build));
     if (!m_writer->write(stored, page)) {
         fail(m_writer->problem());
-        return;
+        m_writer.reset();
+    } else if (m_writer->bytes() >= m_settings.pack_bytes) {
+        end_pack_now();
     }
-    m_bytes_written += page.words.size() * 4;
-    if (m_writer->bytes() >= m_settings.pack_bytes)
-        close();
+}
+
+void DiskStore::end_pack_now() {
+    if (!m_writer || m_failed)
+        return;
+    const std::string path = m_writer->close();
+    if (path.empty())
+        fail(m_writer->problem());
+    m_writer.reset();
+    if (path.empty())
+        return;
+    trim_store(m_settings.folder, m_settings.most_bytes);
+    const std::lock_guard lock(m_mutex);
+    m_ended.push_back(path);
+}
+
+void DiskStore::end_pack() {
+    if (m_settings.writes && !m_failed)
+        m_background.post(0, [this] { end_pack_now(); });
+}
+
+void DiskStore::write_file(std::function<std::string()> job) {
+    m_background.post(0, [this, job = std::move(job)] {
+        if (m_failed)
+            return;
+        if (const std::string failure = job(); !failure.empty())
+            fail(failure);
+        else
+            trim_store(m_settings.folder, m_settings.most_bytes);
+    });
 }
 
 void DiskStore::close() {
-    if (!m_writer)
+    end_pack();
+    m_background.wait();
+    add_ended_packs();
+    tell_of_failure();
+}
+
+void DiskStore::add_ended_packs() {
+    if (m_ended.empty()) // nobody writes any more
         return;
-    const std::string path = m_writer->close();
-    if (path.empty()) {
-        fail(m_writer->problem());
-        return;
-    }
-    m_writer.reset();
-    add_pack(path);
+    for (const std::string& path : m_ended)
+        add_pack(path);
+    m_ended.clear();
     std::ranges::stable_sort(m_pages, before);
-    trim_store(m_settings.folder, m_settings.most_bytes);
 }
 
 // ---- folders

@@ -8,12 +8,14 @@
 
 #include <atomic>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/background.h"
 #include "base/digest.h"
 #include "base/error.h"
 #include "base/progress.h"
@@ -39,7 +41,9 @@ struct StoredPage {
 class PackReader;
 class PackWriter;
 
-// Thread safety: find() and read() may run at the same time, the others alone.
+// Thread safety: find() and read() may run at the same time, the others alone. Nobody waits for the disk but
+// close(): files are written by a thread of the store's own, in the order in which they were asked for, so
+// packs are the same on every host.
 class DiskStore {
   public:
     static constexpr uint64_t DefaultBytes = uint64_t(20) << 30;
@@ -60,34 +64,54 @@ class DiskStore {
     std::span<const StoredPage> find(const Digest& content) const;
     // False: it is damaged, or gone. `program`: that the page must be of.
     bool read(const StoredPage& stored, const grid::LayeringProgram& program, Page& page);
-    // Where the page is to lie is filled in. After a failure, which is told once, nothing is written any
-    // more.
+    // A copy of the page is written in the background. After a failure, which is told once, nothing is
+    // written any more.
     void write(const StoredPage& stored, const Page& page);
-    // Ends the pack that is being written: others see it from now on, and so does find().
+    // Ends the pack that is being written, in the background: others see it soon.
+    void end_pack();
+    // Ends the pack and waits until all is written: find() sees it from now on. Failures are told.
     void close();
 
     // Of pages of the hierarchy, which have files of their own beside the packs (hierarchy_files.h).
     void tell_of_damaged_hierarchy(const std::string& path, const std::string& fault);
-    // Tells that it cannot be used; nothing is written any more.
-    void fail(const std::string& what);
+    // Writes another file in the background: `job` returns what went wrong, or nothing. What it reads stays
+    // as it is until close().
+    void write_file(std::function<std::string()> job);
     bool has_failed() const { return m_failed; }
 
     uint64_t bytes_read() const { return m_bytes_read; }
     uint64_t bytes_written() const { return m_bytes_written; }
 
   private:
+    // More would have to wait in memory for a slow disk.
+    static constexpr uint64_t MostWaiting = uint64_t(64) << 20;
+
     void add_pack(const std::string& path);
+    void add_ended_packs();
     void tell_of_damage(PackReader& pack, const char* fault);
+    // Nothing is written any more.
+    void fail(const std::string& what);
+    void tell_of_failure();
+    // What the thread in the background does.
+    void write_now(const StoredPage& stored, const Page& page);
+    void end_pack_now();
+    Page spare_page();
 
     Settings m_settings;
     Journal& m_journal;
     std::vector<std::unique_ptr<PackReader>> m_packs;
     std::vector<StoredPage> m_pages; // by content
-    std::unique_ptr<PackWriter> m_writer;
-    bool m_failed = false;
-    std::atomic<uint64_t> m_bytes_read{0};
     uint64_t m_bytes_written = 0;
-    std::mutex m_mutex; // of what is told and removed
+    bool m_has_told = false; // of a failure
+    std::atomic<uint64_t> m_bytes_read{0};
+    std::atomic<bool> m_failed = false;
+    std::mutex m_mutex; // of damage that is told and removed, and of these:
+    std::string m_failure;
+    std::vector<std::string> m_ended; // packs that are written, and not read yet
+    std::vector<Page> m_spare;        // whose memory the next pages take
+    // Of the thread in the background, which ends first.
+    std::unique_ptr<PackWriter> m_writer;
+    Background m_background{MostWaiting};
 };
 
 // ---- folders, for those who keep them

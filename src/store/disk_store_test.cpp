@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -123,6 +124,8 @@ TEST_F(Stored, LargePacksAreClosedOnTheWay) {
     DiskStore disk(s, m_journal);
     for (uint64_t i = 0; i < 40; i++)
         disk.write(entry(i), page(uint32_t(i)));
+    for (int i = 0; i < 1000 && packs().size() <= 5; i++) // in the background
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
     EXPECT_GT(packs().size(), 5u); // though it goes on
     DiskStore other(settings(), m_journal);
     EXPECT_TRUE(comes_back(other, 0));
@@ -136,6 +139,52 @@ TEST_F(Stored, LargePacksAreClosedOnTheWay) {
         second.write(entry(i), page(uint32_t(i)));
     second.close();
     EXPECT_EQ(packs(), before);
+}
+
+TEST_F(Stored, APageIsWrittenAsItWas) {
+    DiskStore disk(settings(), m_journal);
+    for (uint64_t i = 0; i < 200; i++) {
+        Page mine = page(uint32_t(i));
+        disk.write(entry(i), mine);
+        std::ranges::fill(mine.words, 0u); // as its vertices move; others take its memory
+    }
+    disk.close();
+    for (uint64_t i = 0; i < 200; i++)
+        EXPECT_TRUE(comes_back(disk, i)) << i;
+}
+
+TEST_F(Stored, WhatIsPostedLastIsWrittenToo) {
+    {
+        DiskStore disk(settings(), m_journal);
+        disk.write(entry(1), page(1));
+        disk.end_pack();
+        disk.write(entry(2), page(2));
+        disk.write_file([this] {
+            std::ofstream(m_folder + "/pages/another") << "file";
+            return std::string();
+        });
+    } // without close()
+    EXPECT_TRUE(fs::exists(m_folder + "/pages/another"));
+    DiskStore disk(settings(), m_journal);
+    EXPECT_TRUE(comes_back(disk, 1));
+    EXPECT_TRUE(comes_back(disk, 2));
+}
+
+TEST_F(Stored, OfFilesThatFailOneIsTold) {
+    DiskStore disk(settings(), m_journal);
+    std::atomic<int> tried = 0;
+    for (int i = 0; i < 3; i++)
+        disk.write_file([&] {
+            tried++;
+            return std::string("no room");
+        });
+    disk.write(entry(1), page(1));
+    disk.close();
+    EXPECT_EQ(tried, 1);
+    EXPECT_TRUE(disk.has_failed());
+    ASSERT_EQ(warnings(), 1u);
+    EXPECT_NE(m_journal.entries()[0].message.find("no room"), std::string::npos);
+    EXPECT_TRUE(packs().empty());
 }
 
 TEST_F(Stored, AnotherBuildsPagesAreNotUsed) {
@@ -218,6 +267,7 @@ TEST_F(Stored, WhatCannotBeWrittenIsToldOnce) {
         DiskStore disk(settings(), m_journal);
         disk.write(entry(1), page(1));
         disk.write(entry(2), page(2));
+        disk.close();
         EXPECT_EQ(warnings(), 1u);
         fs::permissions(m_folder + "/pages", fs::perms::owner_all);
         fs::remove(m_folder + "/pages");

@@ -178,16 +178,16 @@ void HierarchyFiles::keep(const Digest& content, const hierarchy::PageMemory& pa
     header.bytes = page.size();
     header.checksum = checksum_of_header(header);
 
-    const std::string path = path_of(content), unfinished = unfinished_name(path, UnfinishedSuffix);
-    Handle file(::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
-    if (file.get() >= 0 && file.write(&header, sizeof header) && file.write(page.data(), page.size()) &&
-        file.close() && ::rename(unfinished.c_str(), path.c_str()) == 0) {
-        trim_store(s.folder, s.most_bytes);
-        return;
-    }
-    const int why = errno;
-    ::unlink(unfinished.c_str());
-    m_disk.fail(std::string("a page of the hierarchy: ") + std::strerror(why));
+    m_disk.write_file([header, page = page.bytes(), held = page.hold(), path = path_of(content)] {
+        const std::string unfinished = unfinished_name(path, UnfinishedSuffix);
+        Handle file(::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+        if (file.get() >= 0 && file.write(&header, sizeof header) && file.write(page.data(), page.size()) &&
+            file.close() && ::rename(unfinished.c_str(), path.c_str()) == 0)
+            return std::string();
+        const int why = errno;
+        ::unlink(unfinished.c_str());
+        return std::string("a page of the hierarchy: ") + std::strerror(why);
+    });
 }
 
 PackInfo hierarchy_file_info(const std::string& path, bool verify) {

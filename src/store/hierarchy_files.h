@@ -48,6 +48,7 @@ class HierarchyFiles {
     std::optional<Found> find(const Digest& content, const hierarchy::ContentSize& size);
     // Are pages of a group of so many bytes kept? More would leave no room for others.
     bool is_worth_files(uint64_t bytes) const;
+    // Written in the background; its bytes are held as long as that takes.
     void keep(const Digest& content, const hierarchy::PageMemory& page, const hierarchy::Lattices& lattices);
 
   private:

@@ -224,6 +224,24 @@ TEST_F(Kept, TheOldestGoFirst) {
     EXPECT_EQ(std::ranges::count(packs_in(settings().folder, false), "it ends early", &PackInfo::problem), 1);
 }
 
+TEST_F(Kept, AScenesEndLosesNone) {
+    DiskStore disk(settings(), m_journal);
+    HierarchyFiles files(disk);
+    std::atomic<bool> may_go = false;
+    disk.write_file([&] {
+        may_go.wait(false);
+        return std::string();
+    });
+    {
+        const PageMemory of_scene = hierarchy::testing::copy_of(m_page);
+        files.keep(name(1), of_scene, m_lattices);
+    } // before it is written
+    may_go = true;
+    may_go.notify_one();
+    disk.close();
+    EXPECT_TRUE(comes_back(disk, 1));
+}
+
 TEST_F(Kept, WhatCannotBeWrittenIsToldOnce) {
     DiskStore disk(settings(), m_journal);
     HierarchyFiles files(disk);
@@ -234,6 +252,7 @@ TEST_F(Kept, WhatCannotBeWrittenIsToldOnce) {
     setrlimit(RLIMIT_FSIZE, &small);
     files.keep(name(1), m_page, m_lattices);
     files.keep(name(2), m_page, m_lattices);
+    disk.close();
     setrlimit(RLIMIT_FSIZE, &before);
     std::signal(SIGXFSZ, handler);
     ASSERT_EQ(warnings(), 1u);
