@@ -47,15 +47,15 @@ class FieldTable {
     // Any byte is answered: what lies behind the last is no field at all, and decodes to zeros.
     const Fields& operator[](uint8_t number) const { return m_fields[number]; }
 
-    // The number of widths that hold coordinates from 0 to `extent`; -1 = none do.
+    // Are there widths that hold coordinates from 0 to `extent`?
+    static constexpr bool holds(const int extent[3]) {
+        int bits[3];
+        return room(extent, bits) >= 0;
+    }
+    // Their number; -1 = there are none.
     constexpr int holding(const int extent[3]) const {
-        int bits[3] = {}, left = 32;
-        for (int a = 0; a < 3; a++) {
-            bits[a] = std::bit_width(unsigned(extent[a]) | ((1u << Least) - 1));
-            if (extent[a] < 0 || bits[a] > Most)
-                return -1;
-            left -= bits[a];
-        }
+        int bits[3];
+        int left = room(extent, bits);
         if (left < 0)
             return -1;
         for (; left > 0; left--) { // what is left goes to the narrowest: few widths are in use at all
@@ -66,6 +66,16 @@ class FieldTable {
     }
 
   private:
+    // The bits that each coordinate takes, and how many of 32 are left; negative: they are not held.
+    static constexpr int room(const int extent[3], int (&bits)[3]) {
+        int left = 32;
+        for (int a = 0; a < 3; a++) {
+            bits[a] = std::bit_width(unsigned(extent[a]) | ((1u << Least) - 1));
+            left -= extent[a] < 0 || bits[a] > Most ? 33 : bits[a];
+        }
+        return left;
+    }
+
     std::array<Fields, 256> m_fields;
     std::array<std::array<int16_t, Most + 1>, Most + 1> m_number{};
     int m_count = 0;

@@ -9,15 +9,19 @@ namespace kanuka::hierarchy {
 namespace {
 
 // The finest step from which on `holds` is true of an extent in steps; both ends are rounded. Not below that
-// at which no axis has more than 16 bits.
+// at which no axis has more than 16 bits. Of a step twice as long there are half as many, rounded down, so
+// they are divided once.
 template <class Holds>
 int finest(const Vec3f& extent, float largest, const Holds& holds) {
-    int e = std::clamp(exponent_of(largest) - (FieldTable::Most - 1), Lattice::LeastExponent,
-                       Lattice::MostExponent);
+    const int first = std::clamp(exponent_of(largest) - (FieldTable::Most - 1), Lattice::LeastExponent,
+                                 Lattice::MostExponent);
+    int counted[3];
+    for (int a = 0; a < 3; a++)
+        counted[a] = int(std::min(double(extent[a]) / double(power_of_two(first)), 1e9));
+    int e = first;
     for (; e < Lattice::MostExponent; e++) {
-        int steps[3];
-        for (int a = 0; a < 3; a++)
-            steps[a] = int(std::min(double(extent[a]) / double(power_of_two(e)), 1e6)) + 2;
+        const int more = std::min(e - first, 31);
+        const int steps[3] = {(counted[0] >> more) + 2, (counted[1] >> more) + 2, (counted[2] >> more) + 2};
         if (holds(steps))
             break;
     }
@@ -36,8 +40,7 @@ void StepVotes::add(const Vec3f& extent, float largest_step) {
     const float size = size_of(extent);
     if (!(size > 0))
         return;
-    const int held =
-        finest(extent, size, [](const int(&steps)[3]) { return field_table.holding(steps) >= 0; });
+    const int held = finest(extent, size, [](const int(&steps)[3]) { return FieldTable::holds(steps); });
     const int e = std::max(std::min(held, exponent_of(largest_step)), int(Lattice::LeastExponent));
     m_count[size_t(e - Lattice::LeastExponent)]++;
 }
