@@ -110,7 +110,7 @@ def store(results: Results) -> Iterator[Goal]:
         if "hierarchy" in f:
             hierarchy = Interval(**f["hierarchy"])
             yield Goal(f"{scene}: building, with a filled store", "≤ 0.25×", times(hierarchy), hierarchy.below(0.25))
-        if scene == "shading":
+        if scene.startswith("shading"):
             yield Goal(f"{scene}: first picture, with a filled store", "≤ 0.1×", times(first), first.below(0.1))
 
 

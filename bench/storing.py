@@ -14,6 +14,7 @@ from settings import Found, Say, Settings
 # What is rendered, and how much: links of the chain of noises, micropolygons. A hierarchy of pages has so many.
 SCENES = {
     "shading": ("shading", 100),
+    "shading-heavy": ("shading", 1000),
     "micropolygons": ("micropolygons", 1_000_000),
     "hierarchy": ("micropolygons", 16_000_000),
     "still-life": ("still-life", 0),
@@ -28,7 +29,7 @@ def measure(settings: Settings, name: str, say: Say) -> Found:
     folder = Path(tempfile.mkdtemp(prefix="kanuka-store-"))
     scene, n = SCENES[name]
     if settings.quick:
-        n = {"shading": 4, "micropolygons": 50_000, "hierarchy": 5_000_000}.get(name, 0)
+        n = {"shading": 4, "shading-heavy": 8, "micropolygons": 50_000, "hierarchy": 5_000_000}.get(name, 0)
     try:
         for _ in range(settings.rounds):
             store = folder / "pages"
