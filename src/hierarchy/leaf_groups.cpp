@@ -9,7 +9,7 @@ void LeafGroups::make(LargeVector<Item> boxes, uint32_t most, Kind kind) {
     const SplitTree tree = split_all(std::move(boxes), most);
     items.resize(tree.items.size());
     for (size_t i = 0; i < items.size(); i++)
-        items[i] = tree.items[i].index;
+        items[i] = tree.items[i].index();
     std::vector<int32_t> todo;
     if (!tree.branches.empty())
         todo.push_back(0);

@@ -143,7 +143,7 @@ NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at, const BoxesA
     LargeVector<uint32_t> numbers(tree.branches.size());
     for (size_t b = 0; b < numbers.size(); b++)
         if (tree.branches[b].left < 0)
-            numbers[b] = tree.items[tree.branches[b].begin].index;
+            numbers[b] = tree.items[tree.branches[b].begin].index();
     return Collapse(tree, std::move(numbers), nodes_at, at_ends).run();
 }
 

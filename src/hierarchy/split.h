@@ -3,6 +3,7 @@
 // on the boxes alone.
 #pragma once
 
+#include <bit>
 #include <cfloat>
 #include <cstdint>
 
@@ -11,7 +12,7 @@
 
 namespace kanuka::hierarchy {
 
-// Four floats at once; the last is whatever lies beside a box in memory, and never looked at.
+// Four floats at once; the last belongs to no box, and is never looked at.
 typedef float Float4 __attribute__((vector_size(16)));
 inline Float4 lower(Float4 a, Float4 b) {
     return a < b ? a : b;
@@ -20,15 +21,29 @@ inline Float4 upper(Float4 a, Float4 b) {
     return a > b ? a : b;
 }
 
+// A box and what it is of, in half a line of the cache.
 struct Item {
-    Float4 lo, hi; // w of lo: unused
-    uint32_t index, unused[3] = {};
+    Float4 lo, hi; // the number lies in the last of both
 
-    Item() = default;
+    Item() {} // what it is of is written once, and not before
     Item(const Bounds3f& b, uint32_t index)
-        : lo{b.lo.x, b.lo.y, b.lo.z, 0}, hi{b.hi.x, b.hi.y, b.hi.z, 0}, index(index) {}
+        : lo{b.lo.x, b.lo.y, b.lo.z, holder(index & LowMask)},
+          hi{b.hi.x, b.hi.y, b.hi.z, holder(index >> LowBits)} {}
+    uint32_t index() const {
+        return (std::bit_cast<uint32_t>(hi[3]) & LowMask) << LowBits |
+               (std::bit_cast<uint32_t>(lo[3]) & LowMask);
+    }
     Float4 twice_centre() const { return lo + hi; }
+    Bounds3f bounds() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
+
+  private:
+    // Floats from 1 to 2: all boxes are worked on four floats at a time, and what is no normal number would
+    // be slow.
+    static constexpr int LowBits = 16;
+    static constexpr uint32_t LowMask = (1u << LowBits) - 1;
+    static float holder(uint32_t bits) { return std::bit_cast<float>(0x3f800000u | bits); }
 };
+static_assert(sizeof(Item) == 32);
 
 struct Box4 {
     Float4 lo{FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX}, hi{-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
@@ -42,25 +57,6 @@ struct Box4 {
     }
     Bounds3f bounds() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
 };
-
-struct Run { // of items
-    uint32_t begin = 0, end = 0;
-    Box4 box, centres; // of the items; of their centres, doubled
-    int depth = 0;     // below the first run
-
-    uint32_t size() const { return end - begin; }
-    void measure(const Item* items);
-};
-
-// From this depth on runs are halved, whatever that costs: so trees have an end, with any boxes.
-inline constexpr int HalvedFrom = 40;
-
-struct TwoRuns {
-    Run left, right;
-};
-// Orders the items of a run anew, those of the left one first. At least two items. A leaf that holds `leaf`
-// items costs as much where it holds fewer.
-TwoRuns split(Item* items, const Run& run, uint32_t leaf);
 
 // Cuts all items into runs of at most `most`, in parallel. `stop` = 1: the runs are the leaves of a tree
 // whose inner nodes are the splits.

@@ -150,7 +150,7 @@ LargeVector<Group> groups_of(const SplitTree& tree, const Instances& instances) 
                 const Item& item = tree.items[groups[k].source + i];
                 groups[k].box[i] = {{item.lo[0], item.lo[1], item.lo[2]},
                                     {item.hi[0], item.hi[1], item.hi[2]}};
-                if (instances.moves(item.index))
+                if (instances.moves(item.index()))
                     groups[k].kind = Kind::Moving;
             }
     });
@@ -229,7 +229,7 @@ PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
         for (size_t k = begin; k < end; k++) {
             const Group& g = groups[k];
             for (uint32_t i = 0; i < g.count; i++) {
-                const uint32_t index = order.items[g.source + i].index;
+                const uint32_t index = order.items[g.source + i].index();
                 if (g.kind == Kind::Moving)
                     instances.write(index, reinterpret_cast<MovingLeaf*>(bytes + at[k])[i]);
                 else
