@@ -15,6 +15,10 @@ namespace kanuka::hierarchy {
 constexpr float power_of_two(int e) {
     return std::bit_cast<float>(uint32_t(e + 127) << 23);
 }
+// For e from -1022 to 1023.
+constexpr double double_power_of_two(int e) {
+    return std::bit_cast<double>(uint64_t(e + 1023) << 52);
+}
 // e, of 2^e <= |x| < 2^(e + 1); -127 for zero and for denormal numbers.
 constexpr int exponent_of(float x) {
     return int(std::bit_cast<uint32_t>(x) >> 23 & 255) - 127;

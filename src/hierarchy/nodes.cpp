@@ -23,7 +23,7 @@ Axis fit_axis(float lo, float hi) {
     const float largest = std::max(std::abs(lo), std::abs(hi));
     int e = std::max({exponent_of(hi - lo) - 8, exponent_of(largest) - 23, -125});
     for (;; e++) {
-        const double per_step = std::ldexp(1.0, -e);
+        const double per_step = double_power_of_two(-e);
         const double origin = std::floor(double(lo) * per_step), last = std::ceil(double(hi) * per_step);
         if (origin >= -double(Reach) && origin < double(Reach) && last - origin <= Widest)
             return {int64_t(origin), e};
@@ -42,6 +42,8 @@ class Collapse {
             measure(*at_ends);
     }
     NodeTree run() {
+        // A node for each group and, as a rule, less than a fourth of them above.
+        m_out.nodes.reserve(m_ends * (m_out.leaf_at.size() + m_out.leaf_at.size() / 4 + 1));
         m_out.nodes.resize(m_ends);
         write(0, 0, 0);
         return std::move(m_out);
@@ -121,7 +123,7 @@ void write_node(Node& node, const Group& group, uint32_t children) {
         std::memset(node.plane[a][0], Widest, 8);
         std::memset(node.plane[a][1], 0, 8);
         const Axis axis = fit_axis(all.lo[a], all.hi[a]);
-        const double per_step = std::ldexp(1.0, -axis.exponent);
+        const double per_step = double_power_of_two(-axis.exponent);
         for (int i = 0; i < group.count; i++) {
             const Bounds3f& b = group.box[i];
             const double origin = double(axis.origin);
@@ -163,7 +165,7 @@ Bounds3f bounds_at(const ChangingNode& root, int end) {
     Bounds3f all;
     for (int i = 0; i < Children::of(node.children).count; i++)
         for (int a = 0; a < 3; a++) {
-            const double step = std::ldexp(1.0, (node.frame[a] & 255) - 127), origin = node.frame[a] >> 8;
+            const double step = double_power_of_two((node.frame[a] & 255) - 127), origin = node.frame[a] >> 8;
             all.lo[a] = std::min(all.lo[a], float((origin + node.plane[a][0][i]) * step));
             all.hi[a] = std::max(all.hi[a], float((origin + node.plane[a][1][i]) * step));
         }

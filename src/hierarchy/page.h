@@ -83,8 +83,15 @@ template <class Body>
 class PageMemory {
   public:
     PageMemory() = default;
-    explicit PageMemory(size_t bytes)
-        : m_lines(std::make_shared<Lines>((bytes + sizeof(Line) - 1) / sizeof(Line))) {}
+    explicit PageMemory(size_t bytes) : PageMemory(unwritten(bytes)) {
+        std::ranges::fill(std::as_writable_bytes(std::span(*m_lines)), std::byte(0));
+    }
+    // For who writes all of them.
+    static PageMemory unwritten(size_t bytes) {
+        PageMemory memory;
+        memory.m_lines = std::make_shared<Lines>((bytes + sizeof(Line) - 1) / sizeof(Line));
+        return memory;
+    }
     // What lies in a file from byte `at` on, a multiple of 64.
     PageMemory(MappedFile file, size_t at) : m_file(std::move(file)), m_at(at) {}
     std::byte* data() { return reinterpret_cast<std::byte*>(m_lines->data()); } // of what it owns
@@ -102,6 +109,7 @@ class PageMemory {
   private:
     struct alignas(64) Line {
         std::byte bytes[64];
+        Line() {}
     };
     using Lines = LargeVector<Line>;
     std::shared_ptr<Lines> m_lines;

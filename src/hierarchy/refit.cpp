@@ -1,13 +1,13 @@
 #include "hierarchy/refit.h"
 
-#include <cmath>
+#include "hierarchy/lattice.h"
 
 namespace kanuka::hierarchy {
 
 double half_areas(const Node& node) {
     double step[3], sum = 0;
     for (int a = 0; a < 3; a++)
-        step[a] = std::ldexp(1.0, (node.frame[a] & 255) - 127);
+        step[a] = double_power_of_two((node.frame[a] & 255) - 127);
     for (int i = 0; i < Children::of(node.children).count; i++) {
         double side[3];
         for (int a = 0; a < 3; a++)

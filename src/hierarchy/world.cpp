@@ -32,26 +32,26 @@ struct Placed {
 };
 
 // By floats, as whoever shades a hit has it.
-Placed placed(uint32_t page, const float* rows) {
-    Placed p{{}, page};
-    for (size_t k = 0; k < 12; k++)
-        p.world_from_page.m[k / 4][k % 4] = double(rows[k]);
+Placed placed(uint32_t page, const float* rows, LevelRange seen = {}) {
+    Placed p{{}, page, false, nullptr, seen};
+    for (size_t r = 0; r < 3; r++)
+        _mm256_storeu_pd(p.world_from_page.m[r].data(), _mm256_cvtps_pd(_mm_loadu_ps(rows + 4 * r)));
     return p;
 }
-Placed placed(uint32_t page, const MotionPath& path) {
+Placed placed(uint32_t page, const MotionPath& path, LevelRange seen = {}) {
     if (path.moves())
-        return {{}, page, false, &path};
+        return {{}, page, false, &path, seen};
     float rows[12];
     path.at(0, rows);
-    return placed(page, rows);
+    return placed(page, rows, seen);
 }
 
 bool is_affine(const Transform& t) {
+    bool finite = true;
     for (const auto& row : t.m)
         for (const double v : row)
-            if (!std::isfinite(v))
-                return false;
-    return t.m[3][0] == 0 && t.m[3][1] == 0 && t.m[3][2] == 0 && t.m[3][3] == 1;
+            finite &= std::isfinite(v);
+    return finite && t.m[3][0] == 0 && t.m[3][1] == 0 && t.m[3][2] == 0 && t.m[3][3] == 1;
 }
 
 // Around the eight corners. Rays are made for the page by numbers that are rounded: the box is a little
@@ -136,25 +136,26 @@ struct Boxes {
     }
 };
 
-// Runs of at most eight instances that lie together; `source`: of the first in the order of the items.
+// At most eight instances that lie together, one behind the other in the order of the items.
+struct Eight {
+    uint32_t begin;
+    uint8_t count;
+    Kind kind;
+    uint64_t at; // where their leaves are
+};
 template <class Instances>
-LargeVector<Group> groups_of(const SplitTree& tree, const Instances& instances) {
-    LargeVector<Group> groups;
+LargeVector<Eight> eights_of(const SplitTree& tree, const Instances& instances, uint64_t at) {
+    LargeVector<Eight> eights;
     for (const SplitTree::Branch& b : tree.branches)
         if (b.left < 0)
-            groups.push_back(
-                {.kind = Kind::Instance, .count = uint8_t(b.end - b.begin), .box = {}, .source = b.begin});
-    tasks::parallel_chunks(groups.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
-        for (size_t k = begin; k < end; k++)
-            for (uint32_t i = 0; i < groups[k].count; i++) {
-                const Item& item = tree.items[groups[k].source + i];
-                groups[k].box[i] = {{item.lo[0], item.lo[1], item.lo[2]},
-                                    {item.hi[0], item.hi[1], item.hi[2]}};
-                if (instances.moves(item.index()))
-                    groups[k].kind = Kind::Moving;
-            }
-    });
-    return groups;
+            eights.push_back({b.begin, uint8_t(b.end - b.begin), Kind::Instance, 0});
+    for (Eight& e : eights) {
+        for (uint32_t i = 0; i < e.count; i++)
+            if (instances.moves(tree.items[e.begin + i].index()))
+                e.kind = Kind::Moving;
+        e.at = std::exchange(at, at + e.count * UnitsOf[size_t(e.kind)] * UnitBytes);
+    }
+    return eights;
 }
 
 // Of instances by their numbers: what stands at each, and how it is written.
@@ -203,40 +204,44 @@ class Standing {
 
 template <class Instances>
 PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
-    const SplitTree order = items.empty() ? SplitTree() : split_all(std::move(items), 8);
-    const LargeVector<Group> groups = groups_of(order, instances);
-    LargeVector<uint64_t> at(groups.size()); // where their leaves are
+    SplitTree order = items.empty() ? SplitTree() : split_all(std::move(items), 8);
     Header h{};
     h.magic = Magic, h.version = Version;
     h.nodes = sizeof(Header);
-    for (size_t k = 0; k < groups.size(); k++)
-        at[k] = h.nodes, h.nodes += groups[k].count * UnitsOf[size_t(groups[k].kind)] * UnitBytes;
+    const LargeVector<Eight> eights = eights_of(order, instances, h.nodes);
+    Bounds3f bounds;
+    if (!eights.empty()) {
+        const Eight& last = eights.back();
+        h.nodes = last.at + last.count * UnitsOf[size_t(last.kind)] * UnitBytes;
+        bounds = order.branches[0].box;
+    }
     NodeTree tree = make_nodes(order, h.nodes);
+    order.branches = {};
     h.node_bytes = tree.nodes.size() * sizeof(Node);
     h.bytes = h.nodes + h.node_bytes;
     if (h.bytes + PaddingBytes > Children::MostBytes)
         throw Error("a level of instances of the ray tracer is larger than 2 GiB");
-    h.root = groups.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
-    Bounds3f bounds;
-    for (const Group& g : groups)
-        bounds.extend(g.bounds());
+    h.root = eights.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
     for (int a = 0; a < 3; a++)
         h.lower[a] = bounds.lo[a], h.upper[a] = bounds.hi[a];
 
-    PageMemory memory(h.bytes + PaddingBytes);
+    PageMemory memory = PageMemory::unwritten(h.bytes + PaddingBytes);
     uint8_t* const bytes = reinterpret_cast<uint8_t*>(memory.data());
-    tasks::parallel_chunks(groups.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
+    std::memset(bytes + h.bytes, 0, memory.size() - h.bytes);
+    tasks::parallel_chunks(eights.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; k++) {
-            const Group& g = groups[k];
-            for (uint32_t i = 0; i < g.count; i++) {
-                const uint32_t index = order.items[g.source + i].index();
-                if (g.kind == Kind::Moving)
-                    instances.write(index, reinterpret_cast<MovingLeaf*>(bytes + at[k])[i]);
+            const Eight& e = eights[k];
+            Group group{e.kind, e.count};
+            for (uint32_t i = 0; i < e.count; i++) {
+                const Item& item = order.items[e.begin + i];
+                group.box[i] = item.bounds();
+                if (e.kind == Kind::Moving)
+                    instances.write(item.index(), reinterpret_cast<MovingLeaf*>(bytes + e.at)[i]);
                 else
-                    instances.write(index, reinterpret_cast<InstanceLeaf*>(bytes + at[k])[i]);
+                    instances.write(item.index(), reinterpret_cast<InstanceLeaf*>(bytes + e.at)[i]);
             }
-            write_node(tree.nodes[tree.leaf_at[k]], g,
-                       Children{g.kind, g.count, uint32_t(at[k] / UnitBytes)}.word());
+            write_node(tree.nodes[tree.leaf_at[k]], group,
+                       Children{e.kind, e.count, uint32_t(e.at / UnitBytes)}.word());
         }
     });
     if (!tree.nodes.empty())
@@ -273,8 +278,9 @@ PageMemory World::build(size_t count, const Instances& instances) {
             items[i] = Item(box, uint32_t(i));
         }
     });
-    size_t kept = 0;
-    for (size_t i = 0; i < count; i++) {
+    size_t kept =
+        size_t(std::ranges::find_if(states, [](State s) { return s != State::Stands; }) - states.begin());
+    for (size_t i = kept; i < count; i++) {
         m_left_out += states[i] == State::LeftOut;
         if (states[i] == State::Stands)
             items[kept++] = items[i];
@@ -347,11 +353,9 @@ uint32_t World::add(std::span<const Placements> runs, Level* before) {
             if (run.stays())
                 return Placed{{}, run.page, true, nullptr, {}, run.intervals};
             const size_t k = i - first[r];
-            Placed p = run.paths.empty() ? placed(run.page, run.world_from_page[k].data())
-                                         : placed(run.page, run.paths[k]);
-            if (!run.seen.empty())
-                p.seen = run.seen[k];
-            return p;
+            const LevelRange seen = run.seen.empty() ? LevelRange() : run.seen[k];
+            return run.paths.empty() ? placed(run.page, run.world_from_page[k].data(), seen)
+                                     : placed(run.page, run.paths[k], seen);
         },
         before);
 }
