@@ -2,14 +2,19 @@
 
 #include <vector>
 
+#include "base/tasks.h"
+
 namespace kanuka::hierarchy {
 
 void LeafGroups::make(LargeVector<Item> boxes, uint32_t most, Kind kind) {
     constexpr uint32_t LeavesAGroup = 8;
+    constexpr size_t ItemsATask = 65536;
     const SplitTree tree = split_all(std::move(boxes), most);
     items.resize(tree.items.size());
-    for (size_t i = 0; i < items.size(); i++)
-        items[i] = tree.items[i].index();
+    tasks::parallel_chunks(items.size(), ItemsATask, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++)
+            items[i] = tree.items[i].index();
+    });
     std::vector<int32_t> todo;
     if (!tree.branches.empty())
         todo.push_back(0);
@@ -31,7 +36,7 @@ void LeafGroups::make(LargeVector<Item> boxes, uint32_t most, Kind kind) {
 void LeafGroups::collect(const SplitTree& tree, int32_t branch, Group& group) {
     const SplitTree::Branch& b = tree.branches[size_t(branch)];
     if (b.left < 0) {
-        group.box[group.count++] = b.box;
+        group.box[group.count++] = b.box();
         leaves.push_back({b.begin, b.end});
         return;
     }

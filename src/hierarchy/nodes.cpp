@@ -52,8 +52,8 @@ class Collapse {
   private:
     using Branch = SplitTree::Branch;
     const Branch& branch(int32_t i) const { return m_tree.branches[size_t(i)]; }
-    const Bounds3f& box(int32_t of, uint32_t end) const {
-        return m_ends == 1 ? branch(of).box : m_box[end][size_t(of)];
+    Bounds3f box(int32_t of, uint32_t end) const {
+        return m_ends == 1 ? branch(of).box() : m_box[end][size_t(of)];
     }
     void measure(const BoxesAtEnds& at_ends) {
         for (size_t end = 0; end < 2; end++) {

@@ -336,7 +336,7 @@ class Growth {
     // `orders`: null = they are not known.
     int32_t add(const Run& run, const Orders* orders = nullptr) {
         const int32_t me = int32_t(m_branches.size());
-        m_branches.push_back({run.begin, run.end, -1, -1, 1, 0, run.box.bounds(), run.box.half_area()});
+        m_branches.emplace_back(run.begin, run.end, run.box);
         if (run.size() <= m_most)
             return me;
         if (run.depth < HalvedFrom && m_most > 1 && run.size() <= Sorted) {
@@ -352,8 +352,7 @@ class Growth {
     }
     void add_sides(int32_t me, const TwoRuns& two, const Orders* of_left, const Orders* of_right) {
         const int32_t left = add(two.left, of_left), right = add(two.right, of_right);
-        SplitTree::Branch& b = m_branches[size_t(me)];
-        b.left = left, b.right = right;
+        m_branches[size_t(me)].set_children(left, m_branches[size_t(left)], right, m_branches[size_t(right)]);
     }
 
     Item* m_items;
@@ -373,12 +372,9 @@ SplitTree split_all(LargeVector<Item> items, uint32_t most) {
         Run run;
         int32_t branch;
     };
-    const auto branch_of = [](const Run& r) {
-        return SplitTree::Branch{r.begin, r.end, -1, -1, 1, 0, r.box.bounds(), r.box.half_area()};
-    };
     Run all{0, uint32_t(tree.items.size()), {}, {}, 0};
     all.measure(data);
-    tree.branches.push_back(branch_of(all));
+    std::vector<SplitTree::Branch> upper{{all.begin, all.end, all.box}};
 
     // The upper part, depth by depth.
     std::vector<Open> large{{all, 0}}, small;
@@ -394,40 +390,38 @@ SplitTree split_all(LargeVector<Item> items, uint32_t most) {
                 small.push_back(large[i]);
                 continue;
             }
-            const int32_t left = int32_t(tree.branches.size());
-            tree.branches[size_t(large[i].branch)].left = left;
-            tree.branches[size_t(large[i].branch)].right = left + 1;
+            upper[size_t(large[i].branch)].left = int32_t(upper.size()); // and right comes after it
             for (const Run& r : {split_into[i].left, split_into[i].right}) {
-                next.push_back({r, int32_t(tree.branches.size())});
-                tree.branches.push_back(branch_of(r));
+                next.push_back({r, int32_t(upper.size())});
+                upper.emplace_back(r.begin, r.end, r.box);
             }
         }
         large = std::move(next);
     }
 
-    // The trees below, each by a task, one behind the other.
+    // The trees below, each by a task, one behind the other. Their first branches stand in the upper part.
     std::vector<std::vector<SplitTree::Branch>> grown(small.size());
     tasks::parallel_for(small.size(), [&](size_t i) { grown[i] = Growth(data, most).grow(small[i].run); });
-    for (size_t i = 0; i < small.size(); i++) {
-        const int32_t shift = int32_t(tree.branches.size()) - 1; // the first stands in the upper part
+    std::vector<size_t> first(small.size());
+    size_t count = upper.size();
+    for (size_t i = 0; i < small.size(); i++)
+        first[i] = count, count += grown[i].size() - 1;
+    tree.branches.resize(count);
+    std::ranges::copy(upper, tree.branches.begin());
+    tasks::parallel_for(small.size(), [&](size_t i) {
+        const int32_t shift = int32_t(first[i]) - 1;
         for (size_t k = 0; k < grown[i].size(); k++) {
-            SplitTree::Branch b = grown[i][k];
+            SplitTree::Branch& b = tree.branches[k == 0 ? size_t(small[i].branch) : first[i] + k - 1];
+            b = grown[i][k];
             if (b.left >= 0)
                 b.left += shift, b.right += shift;
-            if (k == 0)
-                tree.branches[size_t(small[i].branch)] = b;
-            else
-                tree.branches.push_back(b);
         }
-    }
-    for (size_t i = tree.branches.size(); i-- > 0;) {
-        SplitTree::Branch& b = tree.branches[i];
-        if (b.left < 0)
-            continue;
-        const SplitTree::Branch &l = tree.branches[size_t(b.left)], &r = tree.branches[size_t(b.right)];
-        b.leaves = l.leaves + r.leaves;
-        b.height = std::max(l.height, r.height) + 1;
-    }
+        grown[i] = {};
+    });
+    for (size_t i = upper.size(); i-- > 0;)
+        if (const int32_t left = upper[i].left; left >= 0)
+            tree.branches[i].set_children(left, tree.branches[size_t(left)], left + 1,
+                                          tree.branches[size_t(left) + 1]);
     return tree;
 }
 

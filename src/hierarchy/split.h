@@ -62,12 +62,24 @@ struct Box4 {
 // whose inner nodes are the splits.
 struct SplitTree {
     struct Branch {
-        uint32_t begin, end;           // items
-        int32_t left = -1, right = -1; // branches; -1 = a leaf
-        uint32_t leaves = 1;           // below
-        int32_t height = 0;            // of the branches below
-        Bounds3f box;
-        float half_area = 0;
+        uint32_t begin, end; // items
+        int32_t left, right; // branches; -1 = a leaf
+        uint32_t leaves;     // below
+        int32_t height;      // of the branches below
+        float lo[3], hi[3];
+        float half_area;
+
+        Branch() {} // all are written at once, and not before
+        Branch(uint32_t begin, uint32_t end, const Box4& box)
+            : begin(begin), end(end), left(-1), right(-1), leaves(1), height(0),
+              lo{box.lo[0], box.lo[1], box.lo[2]}, hi{box.hi[0], box.hi[1], box.hi[2]},
+              half_area(box.half_area()) {}
+        Bounds3f box() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
+        void set_children(int32_t at, const Branch& a, int32_t then, const Branch& b) {
+            left = at, right = then;
+            leaves = a.leaves + b.leaves;
+            height = (a.height > b.height ? a.height : b.height) + 1;
+        }
     };
     LargeVector<Branch> branches; // the first is the root; left and right come after their parent
     LargeVector<Item> items;      // in order of the leaves

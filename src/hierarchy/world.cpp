@@ -213,7 +213,7 @@ PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
     if (!eights.empty()) {
         const Eight& last = eights.back();
         h.nodes = last.at + last.count * UnitsOf[size_t(last.kind)] * UnitBytes;
-        bounds = order.branches[0].box;
+        bounds = order.branches[0].box();
     }
     NodeTree tree = make_nodes(order, h.nodes);
     order.branches = {};
