@@ -54,6 +54,7 @@ def all_goals(results: Results) -> list[Goal]:
         edits,
         isles,
         levels,
+        nesting,
         ingest,
     ):
         found += each(results)
@@ -112,6 +113,15 @@ def store(results: Results) -> Iterator[Goal]:
             yield Goal(f"{scene}: building, with a filled store", "≤ 0.25×", times(hierarchy), hierarchy.below(0.25))
         if scene.startswith("shading"):
             yield Goal(f"{scene}: first picture, with a filled store", "≤ 0.1×", times(first), first.below(0.1))
+        if "opened_s" not in f:
+            continue
+        if scene == "hierarchy":
+            per_10_gb = intervals.of([1e10 / f["bytes"] * seconds for seconds in f["opened_s"]])
+            yield Goal("opening a store, for 10 GB of it", "≤ 1 s", times(per_10_gb, " s"), per_10_gb.below(1))
+        if scene == "two-lobes":
+            each, part = f["lobe_bytes_each"], f["compressed_bytes"] / f["packs_bytes"]
+            yield Goal("inputs of two lobes, a vertex", "≤ 12 bytes", f"{each:.1f}", yes(each <= 12))
+            yield Goal("pages of two lobes, compressed", "≤ half", f"{part:.2f}×", yes(part <= 0.5))
 
 
 def dice(results: Results) -> Iterator[Goal]:
@@ -284,6 +294,14 @@ def levels(results: Results) -> Iterator[Goal]:
         yield Goal(f"{where}: tracing, over none", "< 1×", times(tracing), tracing.below(1))
         apart = f["means_apart"]
         yield Goal(f"{where}: picture", "means within 0.5 %", f"{100 * apart:.2f} %", yes(apart <= 0.005))
+
+
+def nesting(results: Results) -> Iterator[Goal]:
+    for tracer, f in results.of("nesting"):
+        for depth, over in f["over"].items():
+            each = Interval(**over).root(int(depth) - 1)
+            what = f"{tracer}: samples of {f['places']:,} things {depth} groups deep, a group over one less"
+            yield Goal(what, "≤ 1.10×", times(each), each.below(1.1))
 
 
 def ingest(results: Results) -> Iterator[Goal]:

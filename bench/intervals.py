@@ -47,6 +47,10 @@ class Interval:
             return "undecided"
         return "met" if self.high < limit else "missed" if self.low > limit else "undecided"
 
+    def root(self, degree: int) -> Interval:
+        """Of each of so many equal factors."""
+        return Interval(*(None if x is None else x ** (1 / degree) for x in (self.value, self.low, self.high)))
+
     def above(self, limit: float) -> str:
         turned = {"met": "missed", "missed": "met", "undecided": "undecided"}
         return turned[self.below(limit)]

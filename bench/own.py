@@ -27,7 +27,7 @@ def daylight(scene: kanuka.Scene) -> None:
     scene.add_light("distant", amount=(2.4, 2.2, 1.8), direction=(-1, -1.4, -0.8), angle=4)
 
 
-def micropolygons(n: int) -> kanuka.Scene:
+def square(n: int, material: kanuka.Material) -> kanuka.Scene:
     """One square that fills the picture of 512² pixels, displaced by more than the tolerance everywhere.
 
     A shading rate of 512² / n gives n micropolygons, whatever the number of pixels.
@@ -35,15 +35,25 @@ def micropolygons(n: int) -> kanuka.Scene:
     scene = kanuka.Scene()
     scene.resolution = (512, 512)
     scene.options.shader_path = [str(SHADERS)]
-    rough = kanuka.Shader("rough", swell=0.05, grain=0.003, fineness=300)
-    material = kanuka.Material("matte", color=GREY, displacement=rough, displacement_bound=0.05)
     points, faces = lattice(16, 1)
-    scene.add_subdivision(points, faces, material=material, shading_rate=512 * 512 / (n or 4_000_000))
+    scene.add_subdivision(points, faces, material=material, shading_rate=512 * 512 / n)
     scene.camera = kanuka.Camera(
         (0, 4, 0), (0, 0, 0), (0, 0, -1), projection="orthographic", screen_window=(-1, 1, -1, 1)
     )
     daylight(scene)
     return scene
+
+
+def micropolygons(n: int) -> kanuka.Scene:
+    """Of one colour."""
+    rough = kanuka.Shader("rough", swell=0.05, grain=0.003, fineness=300)
+    material = kanuka.Material("matte", color=GREY, displacement=rough, displacement_bound=0.05)
+    return square(n or 4_000_000, material)
+
+
+def two_lobes(n: int) -> kanuka.Scene:
+    """A body under an interface, all of whose inputs vary."""
+    return square(n or 1_000_000, kanuka.Material("varied", displacement_bound=0.02))
 
 
 def smooth(_n: int) -> kanuka.Scene:
@@ -81,6 +91,7 @@ def displaced(_n: int) -> kanuka.Scene:
 
 MAKERS: dict[str, Callable[[int], kanuka.Scene]] = {
     "micropolygons": micropolygons,
+    "two-lobes": two_lobes,
     "smooth": smooth,
     "displaced": displaced,
 }

@@ -20,6 +20,7 @@ import kills
 import lanes
 import levels
 import lights
+import nesting
 import networks
 import oracles
 import ourselves
@@ -94,6 +95,9 @@ def parts(peers: list[str] | None = None) -> list[Part]:
         Part("isles", scene, about(isles.measure, scene), 300, scene in ("motu", "nested")) for scene in isles.SCENES
     ]
     made += [Part("levels", view, about(levels.measure, view), 150, view == "budget") for view in levels.VIEWS]
+    made += [
+        Part("nesting", tracer, about(nesting.measure, tracer), 60, tracer == "pages") for tracer in nesting.TRACERS
+    ]
     made += [Part("flight", way, about(flight.measure, way), 600, way == "whole") for way in flight.WAYS]
     made += [Part("oracle", "", oracles.measure, 60), Part("budgets", "", budgets.measure, 240)]
     made += [Part("kills", "", kills.measure, 300)]

@@ -91,6 +91,11 @@ HEADINGS = {
         "Displaced rocks from near by to the horizon, `instance_levels` at 1 over 0: near fills the picture with what "
         "is near, far by a narrow lens with the rest, and budget is far within that. Times are of the processor.",
     ),
+    "nesting": (
+        "Instances in instances",
+        "The same knots at the same places, one to six groups deep in each other; in Embree, and in pages of our own. "
+        "CPU time of samples of the same sessions, in turn.",
+    ),
     "isles": (
         "Instances upon instances",
         "1024 × 429 pixels, five bounces. Read and the first picture are from the start; bytes an instance are the "

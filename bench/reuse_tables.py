@@ -92,6 +92,16 @@ def levels(results: Results) -> str:
     return table(head, rows)
 
 
+def nesting(results: Results) -> str:
+    rows, depths = [], []
+    for tracer, f in results.of("nesting"):
+        depths = list(f["over"])
+        over = {depth: intervals.Interval(**ratio) for depth, ratio in f["over"].items()}
+        rows.append([tracer, f"{f['places']:,}", *map(times, over.values()), f"{f['means_apart']:.3%}"])
+        rows.append(["", "a group over one less", *(times(ratio.root(int(d) - 1)) for d, ratio in over.items()), ""])
+    return table(["", "places", *(f"{depth} deep over one" for depth in depths), "means apart"], rows)
+
+
 def store(results: Results) -> str:
     rows = []
     for scene, f in results.of("store"):

@@ -9,7 +9,7 @@ import intervals
 from cells import NOT_MEASURED, TITLES, show, table
 from goals import all_goals, times
 from results import Results
-from reuse_tables import budgets, edits, kills, levels, oracle, shots, store
+from reuse_tables import budgets, edits, kills, levels, nesting, oracle, shots, store
 
 
 def goals(results: Results) -> str:
@@ -389,6 +389,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         budgets,
         kills,
         levels,
+        nesting,
         isles,
         ingest,
         taken,

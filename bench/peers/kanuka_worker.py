@@ -171,7 +171,10 @@ figures["render_s"] = per_seed.pop("render_s")
 figures |= {name: float(np.median(values)) for name, values in per_seed.items()}
 figures |= {f"{name}_bytes": picture.stats["bytes"][name] for name in ("grids", "lobe_inputs", "bvh")}
 figures["store_written_bytes"] = picture.stats["bytes"].get("store_written", 0)
-figures |= {name: picture.stats["count"][name] for name in ("micropolygons", "traced_polygons", "rays", "nan_samples")}
+figures |= {
+    name: picture.stats["count"][name]
+    for name in ("vertices", "micropolygons", "traced_polygons", "rays", "nan_samples")
+}
 figures["samples"] = samples
 figures["settings"] = {
     "sampler": "nets, Owen's scrambling",
