@@ -120,7 +120,7 @@ def store(results: Results) -> Iterator[Goal]:
             yield Goal("opening a store, for 10 GB of it", "≤ 1 s", times(per_10_gb, " s"), per_10_gb.below(1))
         if scene == "two-lobes":
             each, part = f["lobe_bytes_each"], f["compressed_bytes"] / f["packs_bytes"]
-            yield Goal("inputs of two lobes, a vertex", "≤ 12 bytes", f"{each:.1f}", yes(each <= 12))
+            yield Goal("inputs of two lobes, a vertex", "≤ 12 bytes", f"{each:.1f}", yes(round(each, 1) <= 12))
             yield Goal("pages of two lobes, compressed", "≤ half", f"{part:.2f}×", yes(part <= 0.5))
 
 
