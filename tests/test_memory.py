@@ -199,3 +199,32 @@ def test_what_changes_is_within_it() -> None:
     assert np.abs(a - b).mean() < 0.05 * a.mean()
     sharp = np.asarray(kanuka.render(waves(), progressions=16, shutter=(0, 0))["rgb"], np.float64)
     assert np.abs(sharp - a).mean() > 0.06 * a.mean()  # it moves
+
+
+HELD = """
+import ctypes, sys
+from pathlib import Path
+from test_memory import hills
+import kanuka
+
+def status(name):
+    return [1024 * int(line.split()[1]) for line in Path("/proc/self/status").open() if line.startswith(name)][0]
+
+scene = hills()
+scene.options.shader_path = [sys.argv[1]]
+session = kanuka.Session(scene, shading_rate=0.02)
+session.prepare()
+before = status("VmRSS")
+ctypes.CDLL(None).malloc_trim(0)
+print(status("VmHWM") - before, before - status("VmRSS"))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks the heap of glibc")
+def test_what_dicing_took_is_given_back(shaders: Path) -> None:
+    """Else the heap keeps it, free, while rays are traced."""
+    command = [sys.executable, "-c", HELD, str(shaders)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parent, check=True)
+    given_back, held = map(int, done.stdout.split())
+    assert given_back > 32e6
+    assert held < 0.1 * given_back

@@ -1,6 +1,7 @@
 #include "render/world.h"
 
 #include <algorithm>
+#include <malloc.h>
 
 #include "bvh/leftovers.h"
 #include "bvh/nesting.h"
@@ -259,6 +260,10 @@ void World::build_bvh() {
                               .files = files ? &*files : nullptr,
                               .leftovers = std::move(leftovers)});
         m_bvh->clip(m_clips, times);
+        // What grids lay in while they were shaded is free by now, and the heap would keep it as long as rays
+        // are traced. The next edit would only have to ask for it again.
+        if (is_first)
+            malloc_trim(0);
         m_job.stats->bytes.hierarchy_built = m_bvh->page_bytes().built;
         m_job.stats->bytes.hierarchy_stored = m_bvh->page_bytes().stored;
     }
