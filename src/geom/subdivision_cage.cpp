@@ -4,7 +4,6 @@
 #include <array>
 #include <cstring>
 #include <map>
-#include <set>
 #include <utility>
 
 namespace kanuka::geom {
@@ -113,15 +112,7 @@ bool has_huge_parts(const Cage& cage, size_t points, std::string& what) {
 class TagReader {
   public:
     TagReader(const scene::Primitive& primitive, Cage& cage, Journal& journal)
-        : m_primitive(primitive), m_cage(cage), m_journal(journal) {
-        for (size_t f = 0; f < cage.sizes.size(); f++)
-            for (int i = cage.first[f]; i < cage.first[f + 1]; i++) {
-                const int a = cage.vertices[i],
-                          b = cage.vertices[i + 1 < cage.first[f + 1] ? i + 1 : cage.first[f]];
-                m_edges.insert({std::min(a, b), std::max(a, b)});
-            }
-        m_vertices.insert(cage.vertices.begin(), cage.vertices.end());
-    }
+        : m_primitive(primitive), m_cage(cage), m_journal(journal) {}
 
     void read(const scene::SubdivisionMesh::Tag& tag) {
         if (tag.name == "crease")
@@ -167,10 +158,22 @@ class TagReader {
         return std::isfinite(s) ? std::clamp(s, 0.0f, InfinitelySharp) : InfinitelySharp;
     }
 
+    void list_edges() {
+        m_edges.reserve(m_cage.vertices.size());
+        for (size_t f = 0; f < m_cage.sizes.size(); f++)
+            for (int i = m_cage.first[f]; i < m_cage.first[f + 1]; i++)
+                m_edges.push_back(
+                    std::minmax(m_cage.vertices[i],
+                                m_cage.vertices[i + 1 < m_cage.first[f + 1] ? i + 1 : m_cage.first[f]]));
+        std::ranges::sort(m_edges);
+    }
+
     void crease(const scene::SubdivisionMesh::Tag& tag) {
+        if (m_edges.empty())
+            list_edges();
         for (size_t i = 0; i + 1 < tag.ints.size(); i++) {
             const int a = tag.ints[i], b = tag.ints[i + 1];
-            if (!m_edges.count({std::min(a, b), std::max(a, b)})) {
+            if (!std::ranges::binary_search(m_edges, std::pair<int, int>(std::minmax(a, b)))) {
                 m_missing++;
                 continue;
             }
@@ -179,8 +182,12 @@ class TagReader {
         }
     }
     void corner(const scene::SubdivisionMesh::Tag& tag) {
+        if (m_vertices.empty()) {
+            m_vertices = m_cage.vertices;
+            std::ranges::sort(m_vertices);
+        }
         for (size_t i = 0; i < tag.ints.size(); i++) {
-            if (!m_vertices.count(tag.ints[i])) {
+            if (!std::ranges::binary_search(m_vertices, tag.ints[i])) {
                 m_missing++;
                 continue;
             }
@@ -214,8 +221,9 @@ class TagReader {
     const scene::Primitive& m_primitive;
     Cage& m_cage;
     Journal& m_journal;
-    std::set<std::pair<int, int>> m_edges;
-    std::set<int> m_vertices;
+    // Sorted; made for the tags that name some (most meshes have but the tag of their boundary).
+    std::vector<std::pair<int, int>> m_edges;
+    std::vector<int> m_vertices;
     size_t m_missing = 0;
 };
 
