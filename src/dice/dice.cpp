@@ -70,6 +70,7 @@ Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget& target
                                                                  first);
                                });
     geom::SurfaceHints hints;
+    hints.shape_alone = rule.shape_only;
     hints.moving = !target.later.empty();
     if (const auto* mesh = std::get_if<scene::PolygonMesh>(&primitive.geometry)) {
         const PolygonSizes sizes = polygon_sizes(primitive, *mesh, target, rule);

@@ -39,6 +39,11 @@ const Primvar* Primvars::find(std::string_view name) const {
     return nullptr;
 }
 
+void Primvars::keep_normals() {
+    std::erase_if(list, [](const Primvar& p) { return p.target != Primvar::Target::Normal; });
+    s = t = false;
+}
+
 static size_t needed(Detail detail, const ItemCounts& counts) {
     switch (detail) {
     case Detail::Constant:

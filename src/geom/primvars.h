@@ -37,6 +37,7 @@ struct Primvars {
     // Makes Grid::primvars, zeroed; the grid must be allocated.
     void allocate_channels(grid::Grid& grid) const;
     const Primvar* find(std::string_view name) const;
+    void keep_normals(); // alone
 };
 
 // Everything but P, Pw, Pz, width, constants and strings. Points, vectors and normals are taken to the

@@ -14,7 +14,8 @@ class SubdivisionSurface : public Surface {
         m_bulges = false;
     }
 
-    bool prepare(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, Journal& journal) {
+    bool prepare(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, Journal& journal,
+                 SurfaceHints hints) {
         if (!read_cage(primitive, mesh, m_points, m_cage, journal))
             return false;
         m_primvars =
@@ -22,6 +23,8 @@ class SubdivisionSurface : public Surface {
                              {m_cage.faces, m_points.size(), m_points.size(), m_cage.corners}, journal);
         if (has_edits(mesh))
             apply_edits(primitive, mesh, m_page_from_object, m_cage, m_points, m_primvars, journal);
+        if (hints.shape_alone)
+            m_primvars.keep_normals();
         gather_data();
         const PolygonEdges edges = find_edges(m_cage.first, m_cage.vertices, int(m_points.size()));
         m_regular.find(m_cage, m_points.size(), edges);
@@ -262,9 +265,9 @@ class SubdivisionSurface : public Surface {
 } // namespace
 
 SurfacePtr make_subdivision(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh,
-                            const Transform& m, Journal& journal) {
+                            const Transform& m, Journal& journal, SurfaceHints hints) {
     auto surface = std::make_unique<SubdivisionSurface>(primitive, m);
-    return surface->prepare(primitive, mesh, journal) ? std::move(surface) : nullptr;
+    return surface->prepare(primitive, mesh, journal, hints) ? std::move(surface) : nullptr;
 }
 
 } // namespace kanuka::geom

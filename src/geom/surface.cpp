@@ -203,7 +203,7 @@ std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const T
         if constexpr (std::is_same_v<G, scene::PolygonMesh>)
             return make_polygons(primitive, geometry, m, journal, hints);
         else if constexpr (std::is_same_v<G, scene::SubdivisionMesh>)
-            return make_subdivision(primitive, geometry, m, journal);
+            return make_subdivision(primitive, geometry, m, journal, hints);
         else if constexpr (std::is_same_v<G, scene::PatchMesh>)
             return make_patch_mesh(primitive, geometry, m, journal);
         else if constexpr (std::is_same_v<G, scene::NuPatch>)

@@ -84,7 +84,8 @@ class Surface {
 struct SurfaceHints {
     bool small_triangles =
         false; // a face becomes few micropolygons: triangles are better one collapsed quad than three
-    bool moving = false; // it has later shapes: faces must not depend on where points are
+    bool shape_alone = false; // nobody reads primvars, but for normals
+    bool moving = false;      // it has later shapes: faces must not depend on where points are
     // The primitive as it was first, where this is a later shape of it: concave polygons are cut as they were
     // there.
     const scene::Primitive* first = nullptr;
