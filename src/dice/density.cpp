@@ -267,7 +267,18 @@ LineMeasure RateRule::line(const float* lengths, int step, int pieces) {
     return m;
 }
 
-LineMeasure RateRule::line(const Vec3f* p, int count) const {
+std::optional<LineMeasure> RateRule::short_line(const Vec3f* p) const {
+    constexpr float Short = 2, Unseen = 1.75f; // times what is tiny; of three points, where nine see 7/8
+    const float tiny = std::min(density.edge_pixels(), tolerance() / MostSagitta);
+    const float pixels = (length(p[1] - p[0]) + length(p[2] - p[1])) * density.pixels_per_unit(p[1]);
+    if (pixels <= tiny)
+        return LineMeasure{1, false, true};
+    if (pixels <= Short * tiny)
+        return line(p, 3, Unseen);
+    return std::nullopt;
+}
+
+LineMeasure RateRule::line(const Vec3f* p, int count, float unseen) const {
     const int pieces = count - 1;
     float lengths[Density::MostPoints];
     density.cells(p, count, lengths);
@@ -296,7 +307,7 @@ LineMeasure RateRule::line(const Vec3f* p, int count) const {
         return shape_only ? LineMeasure{std::min(m.cells, 1.0f), false} : m;
     const float by_distance = 1.41f * std::sqrt(deviation / tolerance()); // never rounded down
     if (shape_only && geometry_tolerance > 0) {
-        const float by_angle = 1.41f * turn * (180 / Pi) / (2 * std::max(normal_tolerance, 0.1f));
+        const float by_angle = 1.41f * unseen * turn * (180 / Pi) / (2 * std::max(normal_tolerance, 0.1f));
         m.cells = std::min(m.cells, by_angle);
         m.uneven = false;
     }

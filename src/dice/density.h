@@ -1,6 +1,8 @@
 // How finely to dice, as seen from the dicing camera.
 #pragma once
 
+#include <optional>
+
 #include "dice/dice.h"
 #include "geom/traced_mesh.h"
 
@@ -72,6 +74,7 @@ class Density final : public geom::Viewpoint {
 struct LineMeasure {
     float cells = 0;
     bool uneven = false;
+    bool tiny = false; // within one cell, wherever it is seen from and however it bends
 };
 
 // What decides the number of cells. Where the material is uniform and nothing is displaced, only the shape
@@ -91,11 +94,15 @@ struct RateRule {
 
     // Where there is no tolerance, nothing curved is further off than this all the same.
     float tolerance() const { return slack * (geometry_tolerance > 0 ? geometry_tolerance : 0.25f); }
-    // Are micropolygons so long that their chords leave it? (A face turns by a right angle at most: over one
-    // cell, a fifth of its length.)
-    bool is_coarse() const { return 0.2f * density.edge_pixels() > tolerance(); }
+    // Are micropolygons so long that their chords leave it?
+    bool is_coarse() const { return MostSagitta * density.edge_pixels() > tolerance(); }
+    // A face turns by a right angle at most: over one cell, a fifth of its length.
+    static constexpr float MostSagitta = 0.2f;
 
-    LineMeasure line(const Vec3f* points, int count) const;
+    // `unseen`: how many times what it turns at its inner points it turns in all.
+    LineMeasure line(const Vec3f* points, int count, float unseen = 1) const;
+    // Of three points of a line that makes no arch between them, if it is so short that they tell.
+    std::optional<LineMeasure> short_line(const Vec3f* points) const;
     // Of the lengths in cells from each of its points to the next, `step` apart in memory; not for shape
     // alone.
     static LineMeasure line(const float* lengths, int step, int pieces);

@@ -22,6 +22,7 @@ struct Edge {
     int face = -1;
     uint8_t axis = 0; // 0: along u, 1: along v
     bool point = false;
+    bool tiny = false; // LineMeasure's
     float fixed = 0;
     float t0 = 0, t1 = 1; // part of the topology edge, or range of u or v
     int a = -1, b = -1;   // vertices

@@ -23,16 +23,27 @@ void Splitter::positions(const geom::Surface& surface, const Edge& e, int sample
 static void join(LineMeasure& m, const LineMeasure& other) {
     m.cells = std::max(m.cells, other.cells);
     m.uneven |= other.uneven;
+    m.tiny &= other.tiny;
 }
 
 LineMeasure Splitter::measure(const Edge& e, int samples) const {
-    LineMeasure m;
-    const auto add = [&](const geom::Surface& surface) {
+    LineMeasure m{.tiny = true};
+    Vec3f p[EdgeSamples];
+    const auto find = [&](const geom::Surface& surface, int count) {
         float xyz[3 * EdgeSamples];
-        positions(surface, e, samples, xyz);
-        Vec3f p[EdgeSamples];
-        for (int i = 0; i < samples; i++)
-            p[i] = {xyz[i], xyz[samples + i], xyz[2 * samples + i]};
+        positions(surface, e, count, xyz);
+        for (int i = 0; i < count; i++)
+            p[i] = {xyz[i], xyz[count + i], xyz[2 * count + i]};
+    };
+    const auto add = [&](const geom::Surface& surface) {
+        if (!surface.bulges()) {
+            find(surface, 3);
+            if (const std::optional<LineMeasure> brief = m_rule.short_line(p)) {
+                join(m, *brief);
+                return;
+            }
+        }
+        find(surface, samples);
         join(m, m_rule.line(p, samples));
     };
     add(m_surface);
@@ -86,6 +97,7 @@ void Splitter::measure(const Edge* list, int count, LineMeasure* out) const {
 }
 
 bool Splitter::wants_cut(Edge& e, const LineMeasure& m) const {
+    e.tiny = m.tiny;
     if (e.point) {
         e.cells = 1;
         return false;
@@ -183,7 +195,9 @@ void Splitter::plan(Piece& piece, int& split) const {
           least_v = float(std::min(along_v[0], along_v[1]));
     bool uneven_u = is_cut(piece.sides[0]) || is_cut(piece.sides[2]);
     bool uneven_v = is_cut(piece.sides[1]) || is_cut(piece.sides[3]);
-    if (!small || m_rule.shape_only) {
+    const bool tiny =
+        most == 1 && std::ranges::all_of(piece.sides, [&](const Segment& s) { return edges[s.edge].tiny; });
+    if (!small || (m_rule.shape_only && !tiny)) {
         const int n = most > 4 || m_surface.bulges() ? 5 : 3;
         Interior m{want_u, want_v, least_u, least_v, uneven_u, uneven_v};
         measure_interior(m_surface, piece, n, m);
