@@ -5,6 +5,8 @@
 
 #include "base/large_arrays.h"
 #include "base/tasks.h"
+#include "dice/merge_outline.h"
+#include "dice/outline.h"
 
 namespace kanuka::dice {
 namespace {
@@ -112,6 +114,34 @@ class Merger {
         out.vertices.flips = surface.flips();
         const_cast<Merger*>(this)->evaluate(surface, out.vertices, false);
         move_to_owners(out.vertices);
+        return out;
+    }
+
+    // Of a vertex, the one that its point has.
+    std::vector<uint32_t> points() const {
+        std::vector<uint32_t> out(m_owners + m_more.size());
+        for (size_t v = 0; v < out.size(); v++)
+            out[v] = v < m_owners ? uint32_t(v) : m_more[v - m_owners].owner;
+        return out;
+    }
+
+    // Which of those lie on edges that faces have on one side alone.
+    std::vector<char> borders() const {
+        const std::vector<char> open = open_edges(m_splitter.surface().topology());
+        std::vector<char> out(m_owners + m_more.size(), 0);
+        for (size_t i = 0; i < m_pieces.size(); i++)
+            for (int side = 0; side < 4; side++) {
+                const int t = m_splitter.edges[size_t(m_pieces[i].sides[side].edge)].topology;
+                if (t < 0 || !open[size_t(t)])
+                    continue;
+                const bool along_u = side == grid::VMin || side == grid::VMax;
+                const int nu = m_pieces[i].nu, nv = m_pieces[i].nv, step = along_u ? 1 : nu + 1;
+                const int first = side == grid::VMax ? nv * (nu + 1) : side == grid::UMax ? nu : 0;
+                for (int k = 0; k <= (along_u ? nu : nv); k++) {
+                    const uint32_t v = m_vertex[m_first_slot[i] + size_t(first + k * step)];
+                    out[v < m_owners ? v : m_more[v - m_owners].owner] = 1;
+                }
+            }
         return out;
     }
 
@@ -278,12 +308,19 @@ class Merger {
 
 std::vector<geom::MeshParts> merge_pieces(const Splitter& splitter,
                                           std::span<const std::unique_ptr<geom::Surface>> later,
-                                          bool parameters) {
+                                          bool parameters, bool outlines) {
     Merger merger(splitter, parameters);
     std::vector<geom::MeshParts> parts;
     parts.push_back(merger.merge());
     for (const auto& surface : later)
         parts.push_back(merger.later(*surface));
+    if (outlines) {
+        const std::vector<uint32_t> points = merger.points();
+        const std::vector<char> borders = merger.borders();
+        for (geom::MeshParts& p : parts)
+            (&p == &parts[0] ? p.mesh.P : p.vertices.P) =
+                standing_off(p.vertices, parts[0].mesh, points, borders);
+    }
     return parts;
 }
 

@@ -40,16 +40,18 @@ struct Outline::Run {
 
 Outline::Outline(const Splitter& splitter, const Seams& seams, const std::vector<grid::TracedGrid>& traced,
                  const std::vector<char>& displaced)
-    : m_splitter(splitter), m_seams(seams), m_traced(traced), m_displaced(displaced) {
-    const geom::Topology& t = splitter.surface().topology();
+    : m_splitter(splitter), m_seams(seams), m_traced(traced), m_displaced(displaced),
+      m_open(open_edges(splitter.surface().topology())) {}
+
+std::vector<char> open_edges(const geom::Topology& t) {
     std::vector<char> halves(t.edges.size(), 0);
     for (const geom::Topology::Face& f : t.faces)
         for (const geom::Topology::Side& s : f.sides)
             halves[size_t(s.edge)] =
                 char(std::min(100, halves[size_t(s.edge)] + (s.part == geom::Topology::Part::Whole ? 2 : 1)));
-    m_open.resize(halves.size());
-    for (size_t e = 0; e < halves.size(); e++)
-        m_open[e] = halves[e] < 4;
+    for (char& h : halves)
+        h = h < 4;
+    return halves;
 }
 
 Outline::Frame Outline::frame(const GridsAtStep& at, size_t grid) const {

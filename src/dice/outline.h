@@ -13,6 +13,9 @@
 
 namespace kanuka::dice {
 
+// Of every edge: faces lie on one side of it alone.
+std::vector<char> open_edges(const geom::Topology& topology);
+
 // All grids of a surface at one step, in which Ng, dPdu and dPdv are those of where P is.
 struct GridsAtStep {
     const std::vector<grid::Grid>& grids;  // P, at this step

@@ -60,19 +60,19 @@ bool reads_texture(const DiceTarget& target) {
 
 // Many small pieces become one mesh. A grid of its own costs each of them some two kilobytes, and a vertex on
 // every side that its neighbour has as well: at 3 x 3 cells a mesh has 0.6 of the vertices to shade. From 4 x
-// 4 cells on grids win, since flat ones are traced coarser. Vertices of meshes are not moved outwards
-// (outline.h), so long micropolygons stay grids, but where they hardly divide their pieces or these are very
-// many.
-bool is_merged(const Splitter& splitter, const RateRule& rule) {
+// 4 cells on grids win, since flat ones are traced coarser. Vertices of meshes that may be displaced are not
+// moved outwards (outline.h), so their long micropolygons stay grids, but where they hardly divide their
+// pieces or these are very many.
+bool is_merged(const Splitter& splitter, const RateRule& rule, bool displaced) {
     constexpr double Many = 256, VeryMany = 200000;
     constexpr double FinerThanRate = 1.5, Few = 6, Some = 12; // micropolygons a piece
     const double pieces = double(splitter.pieces.size()), each = splitter.cells() / std::max(1.0, pieces);
-    const double most = !rule.is_coarse() ? Some : pieces >= VeryMany ? Few : FinerThanRate;
-    return !rule.shape_only && pieces >= Many && each < most;
+    const double most = !displaced || !rule.is_coarse() ? Some : pieces >= VeryMany ? Few : FinerThanRate;
+    return pieces >= Many && each < most;
 }
 
 // Bytes and vertices that the pieces become at all steps.
-std::pair<uint64_t, uint64_t> size_of(const Splitter& splitter, bool merged, size_t steps) {
+std::pair<uint64_t, uint64_t> size_of(const Splitter& splitter, bool merged, bool outlines, size_t steps) {
     grid::Grid one;
     one.allocate(0, 0);
     splitter.surface().allocate_channels(one);
@@ -92,6 +92,7 @@ std::pair<uint64_t, uint64_t> size_of(const Splitter& splitter, bool merged, siz
     }
     if (merged) {
         vertices = vertices - sides + uint64_t(splitter.points());
+        floats += outlines ? 10 : 0; // where it is traced, and how that is found
         return {vertices * floats * 4 + uint64_t(splitter.cells()) * 16, vertices};
     }
     return {padded * (floats + Traced * steps) * 4 + splitter.pieces.size() * AGrid + sides * ASide,
@@ -175,9 +176,13 @@ Diced dice_steps(const geom::Surface& surface, std::vector<std::unique_ptr<geom:
             return splitter->run(rule.density.most_vertices());
         }))
         return {};
-    const bool merged = !surface.trim() && is_merged(*splitter, rule);
+    const bool merged = !surface.trim() && is_merged(*splitter, rule, bool(displace));
+    // Polygons are what they are; trim curves cut triangles of the shading lattice.
+    const bool curved = !std::holds_alternative<scene::PolygonMesh>(primitive.geometry) && !surface.trim();
+    // Micropolygons of a pixel miss so little that it does not show.
+    const bool outlines = merged && curved && !displace && (rule.shape_only || rule.is_coarse());
     if (target.fits) {
-        const auto [bytes, vertices] = size_of(*splitter, merged, 1 + later.size());
+        const auto [bytes, vertices] = size_of(*splitter, merged, outlines, 1 + later.size());
         out.too_large = !target.fits(bytes, vertices);
         if (out.too_large)
             return out;
@@ -185,7 +190,8 @@ Diced dice_steps(const geom::Surface& surface, std::vector<std::unique_ptr<geom:
     if (merged)
         return dice_mesh(
             merge_pieces(*splitter, later,
-                         reads_parameters(target) || (reads_texture(target) && !surface.has_texture())),
+                         reads_parameters(target) || (reads_texture(target) && !surface.has_texture()),
+                         outlines),
             primitive, target, displace, journal);
     std::atomic<size_t> bad{0};
     std::unique_ptr<Seams> seams;
@@ -221,8 +227,6 @@ Diced dice_steps(const geom::Surface& surface, std::vector<std::unique_ptr<geom:
                 kept[i] = Kept::None;
         }
     });
-    // Polygons are what they are; trim curves cut triangles of the shading lattice.
-    const bool curved = !std::holds_alternative<scene::PolygonMesh>(primitive.geometry) && !surface.trim();
     place_traced(*splitter, *seams, displaced, steps, curved, out);
     if (region)
         drop_grids(out, kept);
