@@ -9,6 +9,8 @@ import intervals
 from intervals import Interval
 from results import Results
 
+PLACEMENT = 48  # bytes of an instance as it comes: twelve floats
+
 
 @dataclass(frozen=True)
 class Goal:
@@ -53,6 +55,7 @@ def all_goals(results: Results) -> list[Goal]:
         kills,
         edits,
         isles,
+        instances,
         levels,
         nesting,
         ingest,
@@ -284,6 +287,27 @@ def isles(results: Results) -> Iterator[Goal]:
             peak, each = f["peak_bytes"], f["bytes_each"]
             yield Goal("the island at scale 1: memory", "≤ 20 GB", f"{peak / 1e9:.1f} GB", yes(peak <= 20e9))
             yield Goal("the island at scale 1: an instance", "≤ 100 bytes", f"{each:.1f} bytes", yes(each <= 100))
+    for name, f in results.of("isles"):
+        if "kept_each" not in f or "scale" in f:
+            continue
+        of = name.split("-")[0]
+        where = f"{f['rows']:,} instances ({of})"
+        kept = f["kept_each"]
+        yield Goal(f"{where}: a placement and its hierarchy", "≤ 100 bytes", f"{kept:.1f} bytes", yes(kept <= 100))
+        if of == "pebbles":
+            each = f["bytes_each"]
+            yield Goal(f"{where}: at the peak", "≤ 100 bytes each", f"{each:.1f} bytes", yes(each <= 100))
+            made = f["hierarchy_s"]
+            yield Goal(f"{where}: the hierarchy is made", "≤ 0.3 s", f"{made:.2f} s", yes(made <= 0.3))
+
+
+def instances(results: Results) -> Iterator[Goal]:
+    for _, f in results.of("instances"):
+        level = f["level"]
+        where = f"{level['instances']:,} places of a page"
+        built, kept = level["build_s"], PLACEMENT + level["bytes_each"]
+        yield Goal(f"{where}: the level is made", "≤ 0.3 s", f"{built:.2f} s", yes(built <= 0.3))
+        yield Goal(f"{where}: a placement and its hierarchy", "≤ 100 bytes", f"{kept:.1f} bytes", yes(kept <= 100))
 
 
 def levels(results: Results) -> Iterator[Goal]:

@@ -99,7 +99,7 @@ HEADINGS = {
     "isles": (
         "Instances upon instances",
         "1024 × 429 pixels, five bounces. Read and the first picture are from the start; bytes an instance are the "
-        "difference to the same scene with one placement of each exemplar.",
+        "difference to the same scene with the 64 placements of each exemplar that the camera sees largest.",
     ),
     "ingest": (
         "Reading USD",

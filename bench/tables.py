@@ -330,10 +330,12 @@ def isles(results: Results) -> str:
     rows = []
     for name, f in results.of("isles"):
         what = f"{name}, scale {f['scale']:g}" if "scale" in f else name
-        each = f"{f['bytes_each']:.0f}" if "bytes_each" in f else ""
+        counted = () if "kept_each" not in f and "scale" not in f else ("bytes_each", "kept_each")
+        each, kept = (f"{f[of]:.0f}" if of in f and of in counted else "" for of in ("bytes_each", "kept_each"))
         seconds = [show("_s", f[key]) for key in ("read_s", "first_picture_s", "sample_s")]
-        rows.append([what, f"{f['rows']:,}", *seconds, show("_bytes", f["peak_bytes"]), each])
-    heads = ["", "instances stored", "read", "first picture", "a sample", "peak memory", "bytes an instance"]
+        rows.append([what, f"{f['rows']:,}", *seconds, show("_bytes", f["peak_bytes"]), each, kept])
+    heads = ["", "instances stored", "read", "first picture", "a sample", "peak memory"]
+    heads += ["bytes an instance, of the peak", "as it is kept"]
     return table(heads, rows)
 
 
