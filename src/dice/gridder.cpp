@@ -73,6 +73,15 @@ void fill_grid(const Splitter& splitter, const geom::Surface& surface, const Pie
     }
 }
 
+void fill_part(const geom::Surface& surface, const Piece& piece, const LatticePart& part, grid::Grid& g) {
+    float us[MostFew + 1], vs[MostFew + 1];
+    for (int i = part.i0; i <= part.i1; i++)
+        us[i - part.i0] = natural(piece, grid::VMin, i);
+    for (int j = part.j0; j <= part.j1; j++)
+        vs[j - part.j0] = natural(piece, grid::UMin, j);
+    surface.evaluate(piece.face, {us, part.columns()}, {vs, part.rows()}, {g, 0, part.columns()});
+}
+
 void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<BoundaryVertex>& out) {
     out.clear();
     const int nu = piece.nu, nv = piece.nv, row = nu + 1;

@@ -1,7 +1,6 @@
 #include "dice/merge.h"
 
 #include <array>
-#include <bit>
 
 #include "base/large_arrays.h"
 #include "base/tasks.h"
@@ -58,34 +57,46 @@ std::vector<float*> components_of(grid::Grid& g) {
     return out;
 }
 
-// Grids to evaluate pieces in, used again and again: one for every number of cells up to four each way.
+// Grids to evaluate pieces in, used again and again: one for every number of vertices up to five each way.
 class Scratch {
   public:
     Scratch(const Splitter& splitter, const geom::Surface& surface)
         : m_splitter(splitter), m_surface(surface) {}
 
-    grid::Grid& fill(const Piece& piece, const std::vector<float*>*& components) {
-        const int iu = std::countr_zero(unsigned(piece.nu)), iv = std::countr_zero(unsigned(piece.nv));
-        Place& place = m_places[piece.nu <= 4 && piece.nv <= 4 ? 1 + 3 * iu + iv : 0];
-        if (place.grid.nu != piece.nu || place.grid.nv != piece.nv) {
+    // Component after component of all of the piece's lattice, or at least of `part`, which then says what
+    // there is.
+    const std::vector<float*>& fill(const Piece& piece, LatticePart& part) {
+        bool plain = piece.nu <= MostFew && piece.nv <= MostFew;
+        for (int side = 0; side < 4; side++) {
+            const bool along_u = side == grid::VMin || side == grid::VMax;
+            plain &= piece.sides[side].cells == (along_u ? piece.nu : piece.nv);
+        }
+        if (!plain)
+            part = {0, 0, piece.nu, piece.nv};
+        const int columns = part.columns(), rows = part.rows();
+        Place& place = m_places[columns <= Few && rows <= Few ? 1 + Few * (columns - 1) + rows - 1 : 0];
+        if (place.components.empty() || place.grid.nu != columns - 1 || place.grid.nv != rows - 1) {
             place.grid = {};
-            place.grid.allocate(piece.nu, piece.nv);
+            place.grid.allocate(columns - 1, rows - 1);
             m_surface.allocate_channels(place.grid);
             place.components = components_of(place.grid);
         }
-        fill_grid(m_splitter, m_surface, piece, place.grid);
-        components = &place.components;
-        return place.grid;
+        if (plain)
+            fill_part(m_surface, piece, part, place.grid);
+        else
+            fill_grid(m_splitter, m_surface, piece, place.grid);
+        return place.components;
     }
 
   private:
+    static constexpr int Few = 5;
     struct Place {
         grid::Grid grid;
         std::vector<float*> components;
     };
     const Splitter& m_splitter;
     const geom::Surface& m_surface;
-    std::array<Place, 10> m_places;
+    std::array<Place, 1 + Few * Few> m_places;
 };
 
 // Every piece's vertices have a slot each, and every slot ends up with a vertex. The first slot of a point
@@ -200,10 +211,8 @@ class Merger {
             Scratch scratch(m_splitter, surface);
             std::vector<uint32_t> from, other_from, other_at; // its own vertices, which are in a row; others
             for (size_t i = begin; i < end; i++) {
-                const std::vector<float*>* in;
-                scratch.fill(m_pieces[i], in);
                 from.clear(), other_from.clear(), other_at.clear();
-                const uint32_t first = m_first_vertex[i];
+                const uint32_t first = m_first_vertex[i], row = uint32_t(m_pieces[i].nu + 1);
                 for (size_t s = m_first_slot[i]; s < m_first_slot[i + 1]; s++) {
                     const uint32_t v = m_vertex[s], k = uint32_t(s - m_first_slot[i]);
                     if (v == first + from.size())
@@ -213,8 +222,23 @@ class Merger {
                     else if (v >= m_owners && m_more[v - m_owners].slot == s)
                         other_from.push_back(k), other_at.push_back(v);
                 }
+                if (from.empty() && other_from.empty())
+                    continue;
+                // What other pieces own is not evaluated again.
+                LatticePart part{int(row), m_pieces[i].nv + 1, 0, 0};
+                for (const auto* list : {&from, &other_from})
+                    for (const uint32_t k : *list) {
+                        const int u = int(k % row), v = int(k / row);
+                        part = {std::min(part.i0, u), std::min(part.j0, v), std::max(part.i1, u),
+                                std::max(part.j1, v)};
+                    }
+                const std::vector<float*>& in = scratch.fill(m_pieces[i], part);
+                for (auto* list : {&from, &other_from})
+                    for (uint32_t& k : *list)
+                        k = (k / row - uint32_t(part.j0)) * uint32_t(part.columns()) + k % row -
+                            uint32_t(part.i0);
                 for (size_t c = 0; c < out.size(); c++) {
-                    const float* const data = (*in)[c];
+                    const float* const data = in[c];
                     float* const own = out[c] + first;
                     for (size_t k = 0; k < from.size(); k++)
                         own[k] = data[from[k]];
