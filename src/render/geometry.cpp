@@ -226,7 +226,7 @@ class GeometryBuilder {
         if (!p.made || m_request.progress.cancelled())
             return;
         if (m_request.disk && !p.is_stored)
-            m_request.disk->write(m_preparer.entry_of(p), p.made->made->page);
+            m_request.disk->write(m_preparer.entry_of(p), {p.made->made, &p.made->made->page});
         m_request.pages->keep(p.content, std::move(*p.made));
     }
 

@@ -12,10 +12,10 @@ TEST_F(Stored, PagesThatAreNotInUseAreCompressed) {
     {
         DiskStore disk(settings(), m_journal);
         for (const uint64_t i : {1, 2, 3})
-            disk.write(entry(i), page(uint32_t(i), 16));
+            disk.write(entry(i), shared(page(uint32_t(i), 16)));
         StoredPage nothing = entry(4);
         nothing.empty = true;
-        disk.write(nothing, {});
+        disk.write(nothing, shared({}));
     }
     const fs::path plain = packs().at(0);
     const auto used = fs::file_time_type::clock::now() - std::chrono::hours(2);

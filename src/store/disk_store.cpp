@@ -143,27 +143,12 @@ void DiskStore::tell_of_damaged_hierarchy(const std::string& path, const std::st
 
 // ---- writing
 
-Page DiskStore::spare_page() {
-    const std::lock_guard lock(m_mutex);
-    if (m_spare.empty())
-        return {};
-    Page page = std::move(m_spare.back());
-    m_spare.pop_back();
-    return page;
-}
-
-void DiskStore::write(const StoredPage& stored, const Page& page) {
+void DiskStore::write(const StoredPage& stored, std::shared_ptr<const Page> page) {
     if (!m_settings.writes || m_failed)
         return tell_of_failure();
-    // Whose it is moves its vertices later.
-    const auto copy = std::make_shared<Page>(spare_page());
-    copy->words.assign(page.words.begin(), page.words.end());
-    m_bytes_written += page.words.size() * 4;
-    m_background.post(page.words.size() * 4, [this, stored, copy] {
-        write_now(stored, *copy);
-        const std::lock_guard lock(m_mutex);
-        m_spare.push_back(std::move(*copy));
-    });
+    const uint64_t bytes = page->words.size() * 4;
+    m_bytes_written += bytes;
+    m_background.post(bytes, [this, stored, page = std::move(page)] { write_now(stored, *page); });
 }
 
 void DiskStore::write_now(const StoredPage& stored, const Page& page) {

@@ -64,9 +64,9 @@ class DiskStore {
     std::span<const StoredPage> find(const Digest& content) const;
     // False: it is damaged, or gone. `program`: that the page must be of.
     bool read(const StoredPage& stored, const grid::LayeringProgram& program, Page& page);
-    // A copy of the page is written in the background. After a failure, which is told once, nothing is
-    // written any more.
-    void write(const StoredPage& stored, const Page& page);
+    // The page is held until it is written, in the background. After a failure, which is told once, nothing
+    // is written any more.
+    void write(const StoredPage& stored, std::shared_ptr<const Page> page);
     // Ends the pack that is being written, in the background: others see it soon.
     void end_pack();
     // Ends the pack and waits until all is written: find() sees it from now on. Failures are told.
@@ -95,7 +95,6 @@ class DiskStore {
     // What the thread in the background does.
     void write_now(const StoredPage& stored, const Page& page);
     void end_pack_now();
-    Page spare_page();
 
     Settings m_settings;
     Journal& m_journal;
@@ -108,7 +107,6 @@ class DiskStore {
     std::mutex m_mutex; // of damage that is told and removed, and of these:
     std::string m_failure;
     std::vector<std::string> m_ended; // packs that are written, and not read yet
-    std::vector<Page> m_spare;        // whose memory the next pages take
     // Of the thread in the background, which ends first.
     std::unique_ptr<PackWriter> m_writer;
     Background m_background{MostWaiting};

@@ -35,6 +35,9 @@ class Stored : public ::testing::Test {
         made.scramble(seed);
         return encode_one(made, m_program);
     }
+    static std::shared_ptr<const Page> shared(Page page) {
+        return std::make_shared<const Page>(std::move(page));
+    }
     static StoredPage entry(uint64_t i, uint64_t of_read = 0) {
         StoredPage e;
         e.content = name(i), e.of_read = name(100 + of_read);
@@ -45,7 +48,7 @@ class Stored : public ::testing::Test {
     void write(std::initializer_list<uint64_t> which) {
         DiskStore disk(settings(), m_journal);
         for (const uint64_t i : which)
-            disk.write(entry(i), page(uint32_t(i)));
+            disk.write(entry(i), shared(page(uint32_t(i))));
     }
     std::vector<fs::path> packs() const {
         std::vector<fs::path> found;
