@@ -315,7 +315,7 @@ Kind packs() {
         Journal journal;
         store::DiskStore disk({.folder = "sample"}, journal);
         disk.write({.content = {1, 2}, .of_read = {}, .reads = "0", .palette = {}},
-                   store::encode({&shaded, 1}, program, bad));
+                   std::make_shared<const store::Page>(store::encode({&shaded, 1}, program, bad)));
     });
     const std::string pack = read(std::filesystem::directory_iterator("sample")->path().string());
     return {".kpack",
