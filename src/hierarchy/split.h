@@ -58,8 +58,8 @@ struct Box4 {
     Bounds3f bounds() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
 };
 
-// Cuts all items into runs of at most `most`, in parallel. `stop` = 1: the runs are the leaves of a tree
-// whose inner nodes are the splits.
+// Cuts all items into runs of at most `most`, in parallel: the leaves of a tree whose inner nodes are the
+// splits.
 struct SplitTree {
     struct Branch {
         uint32_t begin, end; // items
