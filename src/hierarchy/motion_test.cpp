@@ -143,7 +143,7 @@ void trace_by_one_lane(const Scene& scene, uint32_t page, const Ray& ray, float 
         InstancePath inner = path;
         inner.instance[inner.depth++] = i;
         if (leaf.stand_at(p.world_from_page))
-            trace_by_one_lane(scene, p.page, leaf.inner(ray), time, inner, best);
+            trace_by_one_lane(scene, p.page, leaf.inner(ray, ray.t_max), time, inner, best);
     }
 }
 

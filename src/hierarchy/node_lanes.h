@@ -24,29 +24,33 @@ namespace kanuka::hierarchy {
     return v;
 }
 
-// The children of a node that a ray enters, from the far ones to the near: the distance as a float's bits,
-// whose last three are the child's place in the node; 0 = no child.
+// The children of a node that a ray enters: the distance as a float's bits, whose last three are the child's
+// place in the node; 0 = no child.
 struct Entered {
     __m256i keys;
     int count;
+
+    // From the far ones to the near.
+    [[gnu::always_inline]] Entered sorted() const { return {sort_down(keys), count}; }
 };
 // Those that begin before they end.
-[[gnu::always_inline]] inline Entered sort_entered(const Node& node, __m256 t, __m256 end) {
+[[gnu::always_inline]] inline Entered entered_of(const Node& node, __m256 t, __m256 end) {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     const __m256i is_there =
         _mm256_cmpgt_epi32(_mm256_set1_epi32(int(node.children >> Children::CountShift & 7) + 1), lane);
     const __m256 entered = _mm256_and_ps(_mm256_cmp_ps(t, end, _CMP_LE_OQ), _mm256_castsi256_ps(is_there));
     const __m256i key =
         _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(t)), lane);
-    return {sort_down(_mm256_and_si256(key, _mm256_castps_si256(entered))),
+    return {_mm256_and_si256(key, _mm256_castps_si256(entered)),
             __builtin_popcount(unsigned(_mm256_movemask_ps(entered)))};
 }
-// Where the children of a node are. `ends`: as of Children::ref().
-inline __m256i refs_of(const Node& node, const Entered& entered, uint32_t ends = 1) {
-    const Children c = Children::of(node.children);
-    const __m256i place = _mm256_and_si256(entered.keys, _mm256_set1_epi32(7));
-    return _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(c.stride(ends)))),
-                            _mm256_set1_epi32(int(c.ref(0))));
+// Where those children are, by the node's word for them. `ends`: as of Children::ref().
+[[gnu::always_inline]] inline __m256i refs_of(uint32_t children, const Entered& entered, uint32_t ends = 1) {
+    const Children c = Children::of(children);
+    const __m256i place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const __m256i all = _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(c.stride(ends)))),
+                                         _mm256_set1_epi32(int(c.ref(0))));
+    return _mm256_permutevar8x32_epi32(all, entered.keys); // looks at three bits of each
 }
 
 struct NodeFrame {
@@ -90,7 +94,7 @@ struct NodeFrame {
                                       _mm256_min_ps(leave(2), _mm256_broadcast_ss(&ray.t_max)));
     const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
     const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
-    return sort_entered(node, t, end);
+    return entered_of(node, t, end);
 }
 
 // The same where shapes change, with planes as they are at the time of the ray, `fraction` of the interval:
@@ -126,7 +130,7 @@ struct NodeFrame {
                                       _mm256_min_ps(leave(2), _mm256_broadcast_ss(&ray.t_max)));
     const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
     const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
-    return sort_entered(node.begin, t, end);
+    return entered_of(node.begin, t, end);
 }
 
 } // namespace kanuka::hierarchy

@@ -87,8 +87,9 @@ struct PacketBoxes {
                 _mm256_max_ps(first, _mm256_min_ps(_mm256_mul_ps(from, least), _mm256_mul_ps(from, most)));
             last = _mm256_min_ps(last, _mm256_max_ps(_mm256_mul_ps(to, least), _mm256_mul_ps(to, most)));
         }
-        return sort_entered(node, _mm256_mul_ps(first, _mm256_set1_ps(1 - 2 * TracedRay::Margin)),
-                            _mm256_mul_ps(last, _mm256_set1_ps(1 + 2 * TracedRay::Margin)));
+        return entered_of(node, _mm256_mul_ps(first, _mm256_set1_ps(1 - 2 * TracedRay::Margin)),
+                          _mm256_mul_ps(last, _mm256_set1_ps(1 + 2 * TracedRay::Margin)))
+            .sorted();
     }
 
     // Of the children that rays may enter, in their order, those that some of `rays` do enter:

@@ -256,7 +256,7 @@ void expect_same_children(const Node& node, const TracedRay (&rays)[PacketRays],
                              }
                      });
     for (int i = 0; i < PacketRays; i++) {
-        const Entered one = enter_children(node, rays[i]);
+        const Entered one = enter_children(node, rays[i]).sorted();
         alignas(32) uint32_t alone[8];
         _mm256_store_si256(reinterpret_cast<__m256i*>(alone), one.keys);
         uint32_t expected = 0;

@@ -1,7 +1,8 @@
 // Rays through a page, many of them in turn: while memory brings what one needs next, others go on.
 //
 //     rays ──► slots ──┬─► those whose next is a node ──► test of eight boxes ──► stack ──┐
-//               ▲      └─► those whose next is a leaf ──► test of its triangles ──────────┤
+//               ▲      ├─► those whose next is a leaf ──► test of its triangles ──────────┤
+//               │      └─► those at the end of a page ──► back to the page around it ─────┤
 //               └──────────────────── done: the next ray ◄────────────────────────────────┘
 //
 // Each ray visits what it would visit alone, in the same order: what is found does not depend on its
@@ -20,90 +21,13 @@
 
 #include "hierarchy/instances.h"
 #include "hierarchy/leaves.h"
-#include "hierarchy/node_lanes.h"
 #include "hierarchy/packet.h"
 #include "hierarchy/page.h"
 #include "hierarchy/ray.h"
+#include "hierarchy/ray_slot.h"
 #include "hierarchy/world.h"
 
 namespace kanuka::hierarchy {
-
-// What a ray has yet to look at, the nearest on top: in the page that it is in, above what it has left to do
-// in those around it.
-template <int Levels>
-class Stack {
-  public:
-    void start(Ref root) { m_base = 0, m_ref[0] = root, m_t[0] = 0, m_size = 1; }
-    // Of the page that the ray is in.
-    bool empty() const { return m_size == base(); }
-    void clear() { m_base = m_size = 0; }
-    // Goes on in another page; what close() needs to come back.
-    int open(Ref root) {
-        const int outer = m_base;
-        m_base = m_size;
-        m_ref[m_size] = root, m_t[m_size++] = 0;
-        return outer;
-    }
-    void close(int outer) { m_base = outer; }
-    Ref top() const { return m_ref[m_size - 1]; }
-    Ref pop() { return m_ref[--m_size]; }
-    void put_back(Ref ref) { m_ref[m_size++] = ref; } // for what was popped, at the same distance
-
-    // Eight are written where fewer are pushed.
-    void push(const Entered& entered, __m256i refs) {
-        // With the places, distances are too large by less than their margin.
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + m_size), entered.keys);
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs);
-        m_size += entered.count;
-    }
-    // Takes out what begins behind the closest hit.
-    void keep_before(float t) {
-        int kept = base();
-        for (int i = kept; i < m_size; i += 8) {
-            const Float<8> at = Float<8>::load(m_t + i);
-            const Int<8> refs = Int<8>::load(reinterpret_cast<const int32_t*>(m_ref + i));
-            uint32_t lanes = (at <= Float<8>(t)).bits();
-            if (m_size - i < 8)
-                lanes &= (1u << (m_size - i)) - 1;
-            compress_store(m_t + kept, at, lanes);
-            kept += compress_store(m_ref + kept, refs, lanes);
-        }
-        m_size = kept;
-    }
-
-  private:
-    static int compress_store(float* to, Float<8> v, uint32_t lanes) {
-        return kanuka::compress_store(to, v, lanes);
-    }
-    static int compress_store(Ref* to, Int<8> v, uint32_t lanes) {
-        return kanuka::compress_store(reinterpret_cast<int32_t*>(to), v, lanes);
-    }
-
-    int base() const { return Levels > 1 ? m_base : 0; }
-
-    int m_size = 0, m_base = 0;
-    alignas(32) float m_t[StackEntries * Levels + 8]; // eight are written where one is pushed
-    alignas(32) Ref m_ref[StackEntries * Levels + 8];
-};
-
-// Where a ray is among instances in instances. Of one level it is nowhere but in the page.
-template <int Levels>
-struct Nest {
-    struct Outer {
-        Ray ray;
-        TracedRay traced;
-        Page page;
-        int base;
-    };
-    Page page;               // the one it is in
-    bool changes = false;    // has shapes that change:
-    float fraction = 0;      // as they are so far into the interval of the page
-    Ray ray;                 // as it runs there
-    Outer outer[Levels - 1]; // around that, from the outermost on
-    InstancePath at, hit;    // where it is; where the closest hit is
-};
-template <>
-struct Nest<1> {};
 
 // Levels: how deep pages may stand in pages, themselves counted.
 template <int W, Query Asked, class Filter, int Levels = 1>
@@ -138,6 +62,9 @@ class RayQueue {
     }
 
   private:
+    using Slot = hierarchy::Slot<Levels>;
+    using Waiting = hierarchy::Waiting<Levels, Slots>;
+
     template <class Done>
     void trace_alone(Done& done) {
         Waiting lists[2];
@@ -146,72 +73,58 @@ class RayQueue {
         Slot* const slots = slots_of_thread();
         for (int i = 0; i < Slots && start(slots[i], done); i++)
             wait(*now, slots[i]);
-        while (now->nodes != 0 || now->leaves != 0) {
-            then->nodes = then->leaves = 0;
-            for (int k = 0; k < now->nodes; k++) {
-                Slot& s = *now->at_node[k];
-                const Node& node = page_of(s).template at<Node>(s.stack.pop());
-                const Entered entered = enter_children(node, s.ray);
-                s.stack.push(entered, refs_of(node, entered));
-                next(*then, s, done);
+        while (now->any()) {
+            then->clear();
+            meet_nodes(now->of(Waiting::Node), *then, [](const Slot& s, Ref ref) {
+                const Node& node = s.in->page.template at<Node>(ref);
+                return Met{enter_children(node, s.in->traced), node.children};
+            });
+            for (Slot* s : now->of(Waiting::Leaf)) {
+                meet_leaf(*s, s->stack.pop());
+                wait(*then, *s);
             }
-            for (int k = 0; k < now->leaves; k++) {
-                Slot& s = *now->at_leaf[k];
-                meet_leaf(s, s.stack.pop());
-                next(*then, s, done);
+            if constexpr (Levels > 1) {
+                meet_nodes<2>(now->of(Waiting::ChangingNode), *then, [](const Slot& s, Ref ref) {
+                    const ChangingNode& node = s.in->page.template at<ChangingNode>(ref);
+                    return Met{enter_children(node, s.in->traced, s.in->fraction), node.begin.children};
+                });
+                for (Slot* s : now->of(Waiting::Place)) {
+                    meet_place(*s, s->stack.pop());
+                    wait(*then, *s);
+                }
+            }
+            for (Slot* s : now->of(Waiting::End)) {
+                s->stack.pop();
+                if (!s->leave()) {
+                    done(s->number, s->hit, s->path_of_hit());
+                    if (!start(*s, done))
+                        continue;
+                }
+                wait(*then, *s);
             }
             std::swap(now, then);
         }
     }
 
-    struct alignas(64) Slot {
-        TracedRay ray;
-        Hit hit;
-        size_t number;
-        [[no_unique_address]] Nest<Levels> nest;
-        Stack<Levels> stack;
+    struct Met {
+        Entered entered;
+        uint32_t children;
     };
-    const Page& page_of(const Slot& s) const {
-        if constexpr (Levels > 1)
-            return s.nest.page;
-        else
-            return m_root;
+    // `enter(slot, ref)` tests the boxes of a node. In two loops: what one ray has to wait for at a node, a
+    // result for the next operation, others fill, as far as the processor looks ahead; and of short steps it
+    // sees more.
+    template <uint32_t Ends = 1, class Enter>
+    void meet_nodes(std::span<Slot* const> slots, Waiting& then, Enter&& enter) {
+        Met met[Slots];
+        for (size_t k = 0; k < slots.size(); k++)
+            met[k] = enter(*slots[k], slots[k]->stack.pop());
+        for (size_t k = 0; k < slots.size(); k++) {
+            const Entered entered = met[k].entered.sorted();
+            slots[k]->stack.push(entered, refs_of(met[k].children, entered, Ends));
+            wait(then, *slots[k]);
+        }
     }
-    const Ray& ray_of(const Slot& s) const {
-        if constexpr (Levels > 1)
-            return s.nest.ray;
-        else
-            return m_rays[s.number];
-    }
-    static const InstancePath& path_of_hit(const Slot& s) {
-        if constexpr (Levels > 1)
-            return s.nest.hit;
-        else
-            return InstancePath::none();
-    }
-    static const InstancePath& path_of(const Slot& s) {
-        if constexpr (Levels > 1)
-            return s.nest.at;
-        else
-            return InstancePath::none();
-    }
-    static float fraction_of(const Slot& s) {
-        if constexpr (Levels > 1)
-            return s.nest.fraction;
-        else
-            return 0;
-    }
-    // Of what changes; such pages stand in a world alone.
-    static bool changes(const Slot& s) {
-        if constexpr (Levels > 1)
-            return s.nest.changes;
-        else
-            return false;
-    }
-    struct Waiting {
-        int nodes = 0, leaves = 0;
-        Slot *at_node[Slots + 1], *at_leaf[Slots + 1];
-    };
+
     // Queries follow each other by the thousand: their memory is made once.
     static Slot* slots_of_thread() {
         static thread_local const std::unique_ptr<Slot[]> slots(new Slot[Slots]);
@@ -224,47 +137,37 @@ class RayQueue {
         const Ref root = m_root.header().root;
         while (m_next < m_alone.size()) {
             const uint32_t number = m_alone[m_next++];
-            const Ray& ray = m_rays[number];
-            s.ray = TracedRay(ray);
-            s.hit = {};
-            s.hit.t = ray.t_max;
-            s.number = number;
-            if constexpr (Levels > 1) {
-                s.nest.page = m_root, s.nest.ray = ray;
-                s.nest.at = s.nest.hit = {};
-            }
-            if (s.ray.traceable && root != NoRef) {
+            s.start(m_root, m_rays[number], number);
+            if (s.in->traced.traceable && root != NoRef) {
                 s.stack.start(root);
                 return true;
             }
-            done(number, s.hit, path_of_hit(s));
+            done(number, s.hit, s.path_of_hit());
         }
         return false;
     }
-    template <class Done>
-    void next(Waiting& waiting, Slot& s, Done& done) {
-        while (__builtin_expect(s.stack.empty(), 0)) {
-            if (leave(s))
-                continue;
-            done(s.number, s.hit, path_of_hit(s));
-            if (!start(s, done))
-                return;
-        }
-        wait(waiting, s);
+    void wait(Waiting& waiting, Slot& s) {
+        const Ref ref = s.stack.top();
+        const char* const at = reinterpret_cast<const char*>(s.in->page.bytes() + byte_of(ref));
+        _mm_prefetch(at, _MM_HINT_T0);
+        _mm_prefetch(at + 64 * is_leaf(ref), _MM_HINT_T0); // a leaf has two lines
+        if (s.is_in_changing())                            // or four
+            _mm_prefetch(at + 128, _MM_HINT_T0), _mm_prefetch(at + 192, _MM_HINT_T0);
+        waiting.add(s, kind_of(ref));
     }
+
     float time_of(const Slot& s) const { return m_times.empty() ? 0 : shutter_time(m_times[s.number]); }
     // What stands at a place, or moves or changes there.
-    void meet_place(Slot& s, const Page& page, Ref leaf) {
+    void meet_place(Slot& s, Ref leaf) {
+        const Page& page = s.in->page;
         if (kind_of(leaf) == Kind::Instance)
             return enter(s, page.at<InstanceLeaf>(leaf));
-        if (kind_of(leaf) == Kind::Changing)
-            return meet_changing(s, page.at<ChangingNode>(leaf));
         const MovingLeaf& moving = page.at<MovingLeaf>(leaf);
         if (moving.stands_still())
             return enter(s, moving.place);
         const float time = time_of(s);
         if (kind_of(leaf) == Kind::Moving) { // other rays go on while memory brings the path
-            if (!moving.is_met_by(s.ray, time))
+            if (!moving.is_met_by(s.in->traced, time))
                 return;
             if (moving.changes())
                 return enter_interval(s, moving.place, time);
@@ -275,115 +178,54 @@ class RayQueue {
         if (moving.stand(time, place))
             enter(s, place);
     }
-    // Into the page that stands at a place, and back from it; false = it is in the outermost.
-    void enter(Slot& s, const InstanceLeaf& place) {
-        if constexpr (Levels > 1) {
-            if (!m_levels.empty() && !place.seen.holds(m_levels[s.number]))
-                return;
-            Nest<Levels>& n = s.nest;
-            const Page& inner = m_pages[place.page]; // not empty, and not too deep: World::add()
-            auto& outer = n.outer[n.at.depth];
-            outer.ray = n.ray, outer.traced = s.ray, outer.page = n.page;
-            if (!place.stays) {
-                Ray ray = place.inner(n.ray);
-                ray.t_max = s.ray.t_max;
-                const TracedRay traced(ray);
-                if (!traced.traceable)
-                    return;
-                n.ray = ray, s.ray = traced;
-            }
-            outer.base = s.stack.open(inner.header().root);
-            n.at.instance[n.at.depth++] = place.number;
-            n.page = inner, n.changes = inner.changes();
-        }
+    void enter(Slot& s, const InstanceLeaf& place, float fraction = 0) {
+        if (!m_levels.empty() && !place.seen.holds(m_levels[s.number]))
+            return;
+        s.enter(place, m_pages[place.page], fraction); // not empty, and not too deep: World::add()
     }
     void enter_interval(Slot& s, const InstanceLeaf& place, float time) {
-        if constexpr (Levels > 1) {
-            const Interval interval(time, place.times - 1u);
-            InstanceLeaf there = place;
-            there.page += interval.number;
-            if (m_pages[there.page].header().root == NoRef) // all of it is nowhere meanwhile
-                return;
-            s.nest.fraction = interval.fraction;
-            enter(s, there);
-        }
-    }
-    void meet_changing(Slot& s, const ChangingNode& node) {
-        if constexpr (Levels > 1) {
-            const Entered entered = enter_children(node, s.ray, s.nest.fraction);
-            s.stack.push(entered, refs_of(node.begin, entered, 2));
-        }
-    }
-    bool leave(Slot& s) {
-        if constexpr (Levels > 1) {
-            Nest<Levels>& n = s.nest;
-            if (n.at.depth == 0)
-                return false;
-            n.changes = false;
-            const auto& outer = n.outer[--n.at.depth];
-            n.at.instance[n.at.depth] = 0;
-            n.page = outer.page, n.ray = outer.ray;
-            s.stack.close(outer.base);
-            s.ray = outer.traced;
-            s.ray.t_max = s.hit.t;
-            s.stack.keep_before(s.hit.t);
-            return true;
-        }
-        return false;
-    }
-    void wait(Waiting& waiting, Slot& s) {
-        const Ref ref = s.stack.top();
-        const int leaf = is_leaf(ref);
-        const uint8_t* at = page_of(s).bytes() + byte_of(ref);
-        _mm_prefetch(reinterpret_cast<const char*>(at), _MM_HINT_T0);
-        _mm_prefetch(reinterpret_cast<const char*>(at + 64 * leaf), _MM_HINT_T0); // a leaf has two lines
-        if (changes(s)) {                                                         // or four
-            _mm_prefetch(reinterpret_cast<const char*>(at + 128), _MM_HINT_T0);
-            _mm_prefetch(reinterpret_cast<const char*>(at + 192), _MM_HINT_T0);
-        }
-        waiting.at_node[waiting.nodes] = &s, waiting.nodes += 1 - leaf; // no branch: it is either
-        waiting.at_leaf[waiting.leaves] = &s, waiting.leaves += leaf;
+        const Interval interval(time, place.times - 1u);
+        InstanceLeaf there = place;
+        there.page += interval.number;
+        if (m_pages[there.page].header().root != NoRef) // else all of it is nowhere meanwhile
+            enter(s, there, interval.fraction);
     }
 
     void meet_leaf(Slot& s, Ref leaf) {
         bool closer = false;
-        const Page page = page_of(s);
+        Frame& here = *s.in;
         // By this name: where leaves' functions stay calls, GCC 12 takes a write by way of the slot for none
         // to the ray that they are given, and they go on with an old t_max (-fno-ipa-modref and
         // -fno-strict-aliasing are right).
-        TracedRay& ray = s.ray;
+        TracedRay& ray = here.traced;
         const auto found = [&](uint32_t primitive, float t, float u, float v) {
             const Hit candidate{t, u, v, leaf, primitive};
             // Of hits at one distance that of the lowest number counts, whatever the order of their lanes.
             if (t == s.hit.t && s.hit.found() &&
-                std::tie(path_of_hit(s), s.hit.leaf, s.hit.primitive) < std::tie(path_of(s), leaf, primitive))
+                std::tie(s.path_of_hit(), s.hit.leaf, s.hit.primitive) < std::tie(s.path(), leaf, primitive))
                 return false;
-            if (Filter::Filters && !m_filter.accepts(Candidate{s.number, page, ray_of(s), candidate,
-                                                               path_of(s), fraction_of(s)}))
+            if (Filter::Filters && !m_filter.accepts(Candidate{s.number, here.page, here.ray, candidate,
+                                                               s.path(), here.fraction}))
                 return false;
             s.hit = candidate;
             if constexpr (Levels > 1)
-                s.nest.hit = s.nest.at;
+                s.of_hit = s.at;
             ray.t_max = t;
             closer = true;
             return Asked == Query::Any;
         };
-        if (Levels > 1 && kind_of(leaf) >= Kind::Instance)
-            meet_place(s, page, leaf);
-        else if (changes(s))
-            read_changing_leaf<W>(page, leaf, fraction_of(s),
+        if (s.is_in_changing())
+            read_changing_leaf<W>(here.page, leaf, here.fraction,
                                   [&](const auto& content) { trace_leaf<W>(content, ray, found); });
         else
-            read_leaf<W, false>(page, leaf, [&](const auto& content) { trace_leaf<W>(content, ray, found); });
+            read_leaf<W, false>(here.page, leaf,
+                                [&](const auto& content) { trace_leaf<W>(content, ray, found); });
         if (!closer)
             return;
-        if (Asked == Query::Any) {
-            s.stack.clear();
-            if constexpr (Levels > 1)
-                s.nest.at = {};
-        } else {
+        if (Asked == Query::Any)
+            s.end();
+        else
             s.stack.keep_before(s.hit.t);
-        }
     }
 
     const Page m_root;

@@ -1,0 +1,168 @@
+// What a ray that is under way has with it: where it is, what it has hit, and what it has yet to look at.
+#pragma once
+
+#include <span>
+#include <utility>
+
+#include "hierarchy/instances.h"
+#include "hierarchy/node_lanes.h"
+#include "hierarchy/page.h"
+#include "hierarchy/ray.h"
+
+namespace kanuka::hierarchy {
+
+// What a ray has yet to look at, the nearest on top: in the page that it is in, above what it has left to do
+// in those around it.
+template <int Levels>
+class Stack {
+  public:
+    // Lies below all that is to be looked at in a page.
+    static constexpr Ref End = make_ref(Kind::End, 0);
+
+    void start(Ref root) { m_base = m_size = 0, open(root); }
+    void clear() { m_base = 0, m_size = 1; } // but for the end
+    // Goes on in another page; what close() needs, behind the end of that, to come back.
+    int open(Ref root) {
+        const int outer = std::exchange(m_base, m_size);
+        m_ref[m_size] = End, m_t[m_size++] = 0;
+        m_ref[m_size] = root, m_t[m_size++] = 0;
+        return outer;
+    }
+    void close(int outer) { m_base = outer; }
+    Ref top() const { return m_ref[m_size - 1]; }
+    Ref pop() { return m_ref[--m_size]; }
+    void put_back(Ref ref) { m_ref[m_size++] = ref; } // for what was popped, at the same distance
+
+    // Eight are written where fewer are pushed.
+    void push(const Entered& entered, __m256i refs) {
+        // With the places, distances are too large by less than their margin.
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + m_size), entered.keys);
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs);
+        m_size += entered.count;
+    }
+    // Takes out what begins behind the closest hit.
+    void keep_before(float t) {
+        int kept = base() + 1; // the end stays
+        for (int i = kept; i < m_size; i += 8) {
+            const Float<8> at = Float<8>::load(m_t + i);
+            const Int<8> refs = Int<8>::load(reinterpret_cast<const int32_t*>(m_ref + i));
+            uint32_t lanes = (at <= Float<8>(t)).bits();
+            if (m_size - i < 8)
+                lanes &= (1u << (m_size - i)) - 1;
+            compress_store(m_t + kept, at, lanes);
+            kept += compress_store(m_ref + kept, refs, lanes);
+        }
+        m_size = kept;
+    }
+
+  private:
+    static int compress_store(float* to, Float<8> v, uint32_t lanes) {
+        return kanuka::compress_store(to, v, lanes);
+    }
+    static int compress_store(Ref* to, Int<8> v, uint32_t lanes) {
+        return kanuka::compress_store(reinterpret_cast<int32_t*>(to), v, lanes);
+    }
+
+    int base() const { return Levels > 1 ? m_base : 0; }
+
+    static constexpr int Entries = (StackEntries + 1) * Levels + 8; // eight are written where one is pushed
+    int m_size = 0, m_base = 0;
+    alignas(32) float m_t[Entries];
+    alignas(32) Ref m_ref[Entries];
+};
+
+// A page that a ray is in, and the ray as it runs there.
+struct Frame {
+    TracedRay traced;
+    Ray ray;
+    Page page;
+    int outer;          // what the stack needs to come back from it
+    bool has_changing;  // shapes that change:
+    float fraction = 0; // as they are so far into the interval of the page
+};
+
+// Levels: how deep pages may stand in pages, themselves counted.
+template <int Levels>
+struct alignas(64) Slot {
+    Hit hit;
+    size_t number; // of the ray
+    Frame* in;     // the page that it is in; those before are around it
+    InstancePath at, of_hit;
+    Frame frame[Levels];
+    Stack<Levels> stack;
+
+    bool is_in_changing() const { return Levels > 1 && in->has_changing; } // such pages stand in others alone
+    const InstancePath& path() const { return Levels > 1 ? at : InstancePath::none(); }
+    const InstancePath& path_of_hit() const { return Levels > 1 ? of_hit : InstancePath::none(); }
+
+    void start(const Page& root, const Ray& ray, size_t ray_number) {
+        in = frame;
+        in->traced = TracedRay(ray);
+        in->ray = ray, in->page = root, in->has_changing = false;
+        hit = {}, hit.t = ray.t_max;
+        number = ray_number;
+        if constexpr (Levels > 1)
+            at = of_hit = {};
+    }
+    // Into a page that stands at a place, and back from it; false = it is in the outermost.
+    void enter(const InstanceLeaf& place, const Page& page, float fraction) {
+        Frame& inner = in[1];
+        if (place.stays) {
+            inner.ray = in->ray, inner.traced = in->traced;
+        } else {
+            inner.ray = place.inner(in->ray, in->traced.t_max);
+            inner.traced = TracedRay(inner.ray);
+            if (!inner.traced.traceable)
+                return;
+        }
+        inner.page = page, inner.has_changing = page.changes(), inner.fraction = fraction;
+        inner.outer = stack.open(page.header().root);
+        at.instance[at.depth++] = place.number;
+        in++;
+    }
+    bool leave() {
+        if (Levels == 1 || at.depth == 0)
+            return false;
+        stack.close(in->outer);
+        in--;
+        at.instance[--at.depth] = 0;
+        in->traced.t_max = hit.t;
+        stack.keep_before(hit.t);
+        return true;
+    }
+    // It looks at nothing more.
+    void end() {
+        in = frame, stack.clear();
+        if constexpr (Levels > 1)
+            at = {};
+    }
+};
+
+// Slots by what they look at next: no branch says which, as that cannot be foreseen.
+template <int Levels, int Slots>
+class Waiting {
+  public:
+    enum Next { Node, Leaf, ChangingNode, Place, End, Kinds };
+
+    std::span<Slot<Levels>* const> of(Next next) const { return {m_slot[next], size_t(m_count[next])}; }
+    bool any() const { return m_any; }
+    void clear() {
+        m_any = false;
+        for (int& count : m_count)
+            count = 0;
+    }
+    void add(Slot<Levels>& slot, Kind kind) {
+        const uint8_t next = next_of[uint32_t(kind)];
+        m_slot[next][m_count[next]++] = &slot;
+        m_any = true;
+    }
+
+  private:
+    static constexpr uint8_t next_of[16] = {Node, Leaf, Leaf,  Leaf,  Leaf,  Leaf,         Leaf, Leaf,
+                                            Leaf, Leaf, Place, Place, Place, ChangingNode, End,  End};
+    bool m_any = false;
+    int m_count[Kinds] = {};
+    Slot<Levels>* m_slot[Kinds][Slots];
+};
+
+} // namespace kanuka::hierarchy
