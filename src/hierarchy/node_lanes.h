@@ -29,9 +29,10 @@ namespace kanuka::hierarchy {
 struct Entered {
     __m256i keys;
     int count;
+    uint32_t children; // the node's word for where they are: a node is looked at once
 
     // From the far ones to the near.
-    [[gnu::always_inline]] Entered sorted() const { return {sort_down(keys), count}; }
+    [[gnu::always_inline]] Entered sorted() const { return {sort_down(keys), count, children}; }
 };
 // Those that begin before they end.
 [[gnu::always_inline]] inline Entered entered_of(const Node& node, __m256 t, __m256 end) {
@@ -42,11 +43,11 @@ struct Entered {
     const __m256i key =
         _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(t)), lane);
     return {_mm256_and_si256(key, _mm256_castps_si256(entered)),
-            __builtin_popcount(unsigned(_mm256_movemask_ps(entered)))};
+            __builtin_popcount(unsigned(_mm256_movemask_ps(entered))), node.children};
 }
-// Where those children are, by the node's word for them. `ends`: as of Children::ref().
-[[gnu::always_inline]] inline __m256i refs_of(uint32_t children, const Entered& entered, uint32_t ends = 1) {
-    const Children c = Children::of(children);
+// Where those children are. `ends`: as of Children::ref().
+[[gnu::always_inline]] inline __m256i refs_of(const Entered& entered, uint32_t ends = 1) {
+    const Children c = Children::of(entered.children);
     const __m256i place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     const __m256i all = _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(c.stride(ends)))),
                                          _mm256_set1_epi32(int(c.ref(0))));
@@ -66,71 +67,91 @@ struct NodeFrame {
     return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
 }
 
+// `near(a)`, `far(a)`: where the planes of eight boxes that the ray meets first and last, axis by axis, lie
+// along it.
+template <class Near, class Far>
+[[gnu::always_inline]] inline Entered entered_between(const Node& node, const TracedRay& ray, Near&& near,
+                                                      Far&& far) {
+    const __m256 first = _mm256_max_ps(_mm256_max_ps(near(0), near(1)),
+                                       _mm256_max_ps(near(2), _mm256_broadcast_ss(&ray.t_min)));
+    const __m256 last =
+        _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_broadcast_ss(&ray.t_max)));
+    return entered_of(node, _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin)),
+                      _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin)));
+}
+
+// How the planes of a node lie along a ray, and then which children it enters: two steps, since others may
+// come between (queue.h).
+template <class NodeKind>
+struct PlanesAlong;
+
 // A plane q lies at distance ((origin + q) step - o) / d = q scale + shift along the ray. The error of the
 // shift is relative to that itself, so to the distance and to the width of the node: hence two margins.
-[[gnu::always_inline]] inline Entered enter_children(const Node& node, const TracedRay& ray) {
-    const uint8_t* const planes = node.plane[0][0];
-    const NodeFrame frame(node);
-    const __m128 per_d = _mm_load_ps(ray.per_d);
-    const __m128 scale_of = _mm_mul_ps(frame.step, per_d),
-                 shift = _mm_mul_ps(_mm_fmsub_ps(frame.origin, frame.step, _mm_load_ps(ray.o)), per_d);
-    const __m128 margin =
-        _mm_mul_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), scale_of), _mm_set1_ps(TracedRay::StepMargin));
+template <>
+struct PlanesAlong<Node> {
     alignas(16) float scale[4], near_shift[4], far_shift[4];
-    _mm_store_ps(scale, scale_of);
-    _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
-    _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
-    const auto enter = [&](int a) {
-        return _mm256_fmadd_ps(eight_planes(planes + ray.near_plane[a]), _mm256_broadcast_ss(scale + a),
-                               _mm256_broadcast_ss(near_shift + a));
-    };
-    const auto leave = [&](int a) {
-        return _mm256_fmadd_ps(eight_planes(planes + ray.far_plane[a]), _mm256_broadcast_ss(scale + a),
-                               _mm256_broadcast_ss(far_shift + a));
-    };
-    const __m256 first = _mm256_max_ps(_mm256_max_ps(enter(0), enter(1)),
-                                       _mm256_max_ps(enter(2), _mm256_broadcast_ss(&ray.t_min)));
-    const __m256 last = _mm256_min_ps(_mm256_min_ps(leave(0), leave(1)),
-                                      _mm256_min_ps(leave(2), _mm256_broadcast_ss(&ray.t_max)));
-    const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
-    const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
-    return entered_of(node, t, end);
+
+    [[gnu::always_inline]] void set(const Node& node, const TracedRay& ray, float = 0) {
+        const NodeFrame frame(node);
+        const __m128 per_d = _mm_load_ps(ray.per_d);
+        const __m128 scale_of = _mm_mul_ps(frame.step, per_d),
+                     shift = _mm_mul_ps(_mm_fmsub_ps(frame.origin, frame.step, _mm_load_ps(ray.o)), per_d);
+        const __m128 margin =
+            _mm_mul_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), scale_of), _mm_set1_ps(TracedRay::StepMargin));
+        _mm_store_ps(scale, scale_of);
+        _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
+        _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
+    }
+    [[gnu::always_inline]] Entered enter(const Node& node, const TracedRay& ray) const {
+        const auto cross = [&](int a, int plane, const float* shift) {
+            return _mm256_fmadd_ps(eight_planes(node.plane[0][0] + plane), _mm256_broadcast_ss(scale + a),
+                                   _mm256_broadcast_ss(shift + a));
+        };
+        return entered_between(
+            node, ray, [&](int a) { return cross(a, ray.near_plane[a], near_shift); },
+            [&](int a) { return cross(a, ray.far_plane[a], far_shift); });
+    }
+};
+[[gnu::always_inline]] inline Entered enter_children(const Node& node, const TracedRay& ray) {
+    PlanesAlong<Node> planes;
+    planes.set(node, ray);
+    return planes.enter(node, ray);
 }
 
 // The same where shapes change, with planes as they are at the time of the ray, `fraction` of the interval:
 // ((1 - f) (o0 + q0) step0 + f (o1 + q1) step1 - o) / d = q0 scale0 + q1 scale1 + shift.
-[[gnu::always_inline]] inline Entered enter_children(const ChangingNode& node, const TracedRay& ray,
-                                                     float fraction) {
-    const NodeFrame first_frame(node.begin), last_frame(node.end);
-    const __m128 per_d = _mm_load_ps(ray.per_d);
-    const __m128 step0 = _mm_mul_ps(first_frame.step, _mm_set1_ps(1 - fraction)),
-                 step1 = _mm_mul_ps(last_frame.step, _mm_set1_ps(fraction));
-    const __m128 scale0_of = _mm_mul_ps(step0, per_d), scale1_of = _mm_mul_ps(step1, per_d);
-    const __m128 origin =
-        _mm_fmadd_ps(last_frame.origin, step1, _mm_fmsub_ps(first_frame.origin, step0, _mm_load_ps(ray.o)));
-    const __m128 shift = _mm_mul_ps(origin, per_d), sign = _mm_set1_ps(-0.0f);
-    const __m128 margin =
-        _mm_mul_ps(_mm_add_ps(_mm_andnot_ps(sign, scale0_of), _mm_andnot_ps(sign, scale1_of)),
-                   _mm_set1_ps(TracedRay::StepMargin));
+template <>
+struct PlanesAlong<ChangingNode> {
     alignas(16) float scale0[4], scale1[4], near_shift[4], far_shift[4];
-    _mm_store_ps(scale0, scale0_of), _mm_store_ps(scale1, scale1_of);
-    _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
-    _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
-    const auto cross = [&](int a, int plane, const float* from) {
-        const __m256 begins = _mm256_fmadd_ps(eight_planes(node.begin.plane[0][0] + plane),
-                                              _mm256_broadcast_ss(scale0 + a), _mm256_broadcast_ss(from + a));
-        return _mm256_fmadd_ps(eight_planes(node.end.plane[0][0] + plane), _mm256_broadcast_ss(scale1 + a),
-                               begins);
-    };
-    const auto enter = [&](int a) { return cross(a, ray.near_plane[a], near_shift); };
-    const auto leave = [&](int a) { return cross(a, ray.far_plane[a], far_shift); };
-    const __m256 first = _mm256_max_ps(_mm256_max_ps(enter(0), enter(1)),
-                                       _mm256_max_ps(enter(2), _mm256_broadcast_ss(&ray.t_min)));
-    const __m256 last = _mm256_min_ps(_mm256_min_ps(leave(0), leave(1)),
-                                      _mm256_min_ps(leave(2), _mm256_broadcast_ss(&ray.t_max)));
-    const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
-    const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
-    return entered_of(node.begin, t, end);
-}
+
+    [[gnu::always_inline]] void set(const ChangingNode& node, const TracedRay& ray, float fraction) {
+        const NodeFrame first(node.begin), last(node.end);
+        const __m128 per_d = _mm_load_ps(ray.per_d);
+        const __m128 step0 = _mm_mul_ps(first.step, _mm_set1_ps(1 - fraction)),
+                     step1 = _mm_mul_ps(last.step, _mm_set1_ps(fraction));
+        const __m128 scale0_of = _mm_mul_ps(step0, per_d), scale1_of = _mm_mul_ps(step1, per_d);
+        const __m128 origin =
+            _mm_fmadd_ps(last.origin, step1, _mm_fmsub_ps(first.origin, step0, _mm_load_ps(ray.o)));
+        const __m128 shift = _mm_mul_ps(origin, per_d), sign = _mm_set1_ps(-0.0f);
+        const __m128 margin =
+            _mm_mul_ps(_mm_add_ps(_mm_andnot_ps(sign, scale0_of), _mm_andnot_ps(sign, scale1_of)),
+                       _mm_set1_ps(TracedRay::StepMargin));
+        _mm_store_ps(scale0, scale0_of), _mm_store_ps(scale1, scale1_of);
+        _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
+        _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
+    }
+    [[gnu::always_inline]] Entered enter(const ChangingNode& node, const TracedRay& ray) const {
+        const auto cross = [&](int a, int plane, const float* shift) {
+            const __m256 begins =
+                _mm256_fmadd_ps(eight_planes(node.begin.plane[0][0] + plane), _mm256_broadcast_ss(scale0 + a),
+                                _mm256_broadcast_ss(shift + a));
+            return _mm256_fmadd_ps(eight_planes(node.end.plane[0][0] + plane),
+                                   _mm256_broadcast_ss(scale1 + a), begins);
+        };
+        return entered_between(
+            node.begin, ray, [&](int a) { return cross(a, ray.near_plane[a], near_shift); },
+            [&](int a) { return cross(a, ray.far_plane[a], far_shift); });
+    }
+};
 
 } // namespace kanuka::hierarchy

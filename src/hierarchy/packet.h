@@ -31,9 +31,9 @@ class PacketStack {
 
     void clear() { m_size = 0; }
     // Of one ray, whose bit is given. Eight are written where fewer are pushed.
-    void push(const Node& node, const Entered& entered, uint32_t ray) {
+    void push(const Entered& entered, uint32_t ray) {
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + m_size), entered.keys);
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs_of(node.children, entered));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs_of(entered));
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_rays + m_size), _mm256_set1_epi32(int(ray)));
         m_size += entered.count;
     }
@@ -150,7 +150,7 @@ class PacketQueue {
         const Node& node = m_page.at<Node>(s.ref);
         if (std::popcount(s.rays) <= PacketStack<W>::Few) {
             for (uint32_t rays = s.rays; rays != 0; rays &= rays - 1)
-                s.stack.push(node, enter_children(node, s.ray[__builtin_ctz(rays)]).sorted(), rays & -rays);
+                s.stack.push(enter_children(node, s.ray[__builtin_ctz(rays)]).sorted(), rays & -rays);
             return;
         }
         const Children c = Children::of(node.children);

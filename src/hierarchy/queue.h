@@ -75,19 +75,13 @@ class RayQueue {
             wait(*now, slots[i]);
         while (now->any()) {
             then->clear();
-            meet_nodes(now->of(Waiting::Node), *then, [](const Slot& s, Ref ref) {
-                const Node& node = s.in->page.template at<Node>(ref);
-                return Met{enter_children(node, s.in->traced), node.children};
-            });
+            meet_nodes<Node>(now->of(Waiting::Node), *then);
             for (Slot* s : now->of(Waiting::Leaf)) {
                 meet_leaf(*s, s->stack.pop());
                 wait(*then, *s);
             }
             if constexpr (Levels > 1) {
-                meet_nodes<2>(now->of(Waiting::ChangingNode), *then, [](const Slot& s, Ref ref) {
-                    const ChangingNode& node = s.in->page.template at<ChangingNode>(ref);
-                    return Met{enter_children(node, s.in->traced, s.in->fraction), node.begin.children};
-                });
+                meet_nodes<ChangingNode>(now->of(Waiting::ChangingNode), *then);
                 for (Slot* s : now->of(Waiting::Place)) {
                     meet_place(*s, s->stack.pop());
                     wait(*then, *s);
@@ -106,21 +100,25 @@ class RayQueue {
         }
     }
 
-    struct Met {
-        Entered entered;
-        uint32_t children;
-    };
-    // `enter(slot, ref)` tests the boxes of a node. In two loops: what one ray has to wait for at a node, a
-    // result for the next operation, others fill, as far as the processor looks ahead; and of short steps it
-    // sees more.
-    template <uint32_t Ends = 1, class Enter>
-    void meet_nodes(std::span<Slot* const> slots, Waiting& then, Enter&& enter) {
-        Met met[Slots];
-        for (size_t k = 0; k < slots.size(); k++)
-            met[k] = enter(*slots[k], slots[k]->stack.pop());
+    // In three loops. A ray at a node waits for the result of each operation before the next, a hundred
+    // cycles in all, and what others do meanwhile is as much as the processor looks ahead: of short steps
+    // more rays.
+    template <class NodeKind>
+    void meet_nodes(std::span<Slot* const> slots, Waiting& then) {
+        constexpr uint32_t Ends = std::is_same_v<NodeKind, Node> ? 1 : 2;
+        const NodeKind* node[Slots];
+        PlanesAlong<NodeKind> planes[Slots];
+        Entered entered[Slots];
         for (size_t k = 0; k < slots.size(); k++) {
-            const Entered entered = met[k].entered.sorted();
-            slots[k]->stack.push(entered, refs_of(met[k].children, entered, Ends));
+            const Frame& in = *slots[k]->in;
+            node[k] = &in.page.template at<NodeKind>(slots[k]->stack.pop());
+            planes[k].set(*node[k], in.traced, in.fraction);
+        }
+        for (size_t k = 0; k < slots.size(); k++)
+            entered[k] = planes[k].enter(*node[k], slots[k]->in->traced);
+        for (size_t k = 0; k < slots.size(); k++) {
+            const Entered sorted = entered[k].sorted();
+            slots[k]->stack.push(sorted, refs_of(sorted, Ends));
             wait(then, *slots[k]);
         }
     }
