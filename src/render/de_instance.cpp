@@ -1,6 +1,7 @@
 #include "render/de_instance.h"
 
 #include "scene/place_shaders.h"
+#include "scene/text_column.h"
 
 namespace kanuka::render {
 
@@ -37,7 +38,12 @@ scene::Variation one_of(const scene::Variation& all, size_t i) {
         own.primvars.values.push_back(value);
         scene::Value& its = own.primvars.values.back();
         its.detail = scene::Detail::Constant;
-        its.floats = one(value.floats, size_t(scene::components(value.type)) * size_t(value.array_size));
+        if (!value.ints.empty()) {
+            const auto texts = scene::texts_of(value, i);
+            its.strings = std::vector<std::string>(texts.begin(), texts.end());
+            its.ints = {};
+        }
+        its.floats = one(value.floats, scene::width_of(value));
     }
     return own;
 }

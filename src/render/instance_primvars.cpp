@@ -8,26 +8,11 @@
 
 #include "base/tasks.h"
 #include "render/de_instance.h"
-#include "render/value_clusters.h"
+#include "render/instance_values.h"
 
 namespace kanuka::render {
 
 namespace {
-
-constexpr const char* Variant = "variant";
-
-// What instance `i` says of a variable; empty = nothing.
-std::span<const float> said(const scene::Variation& variation, const std::string& name, size_t i) {
-    if (name == Variant) {
-        const auto& v = variation.variant;
-        return v.empty() ? std::span<const float>() : std::span(v.data() + (v.size() == 1 ? 0 : i), 1);
-    }
-    const scene::Value* value = variation.primvars.find(name);
-    if (!value)
-        return {};
-    const size_t width = size_t(scene::components(value->type)) * size_t(value->array_size);
-    return {value->floats.data() + (value->floats.size() == width ? 0 : i * width), width};
-}
 
 std::string quoted(const std::vector<std::string>& names) {
     std::string all;
@@ -202,8 +187,8 @@ void InstancePrimvars::join_all() {
 
 // ---- what they are shaded with
 
-std::vector<InstancePrimvars::Variable> InstancePrimvars::variables_of(const Family& family) const {
-    std::vector<Variable> variables;
+std::vector<InstanceVariable> InstancePrimvars::variables_of(const Family& family) const {
+    std::vector<InstanceVariable> variables;
     std::set<std::string> read;
     bool has_variants = false;
     for (const size_t g : family.groups) {
@@ -211,13 +196,13 @@ std::vector<InstancePrimvars::Variable> InstancePrimvars::variables_of(const Fam
         has_variants |= m_readers.at(g).has_variants;
     }
     for (const std::string& name : read) {
-        const Variable* known = nullptr;
+        const InstanceVariable* known = nullptr;
         for (const List list : family.lists) {
             const scene::Value* value = list->variation.primvars.find(name);
             if (!value)
                 continue;
             if (!known) {
-                variables.push_back({name, value->type, value->array_size});
+                variables.push_back({name, value->type, value->array_size, value->where});
                 known = &variables.back();
             } else if (value->type != known->type || value->array_size != known->array_size) {
                 m_journal.warning({m_scene.file}, "instances say the variable \"" + name +
@@ -230,142 +215,56 @@ std::vector<InstancePrimvars::Variable> InstancePrimvars::variables_of(const Fam
     const bool says_variant =
         std::ranges::any_of(family.lists, [](List list) { return !list->variation.variant.empty(); });
     if (!variables.empty() && has_variants && says_variant)
-        variables.push_back({Variant});
+        variables.push_back({VariantVariable});
     return variables;
 }
 
-namespace {
-
-// A row has the values of all variables, and behind them which of these an instance says.
-struct Table {
-    Rows rows;
-    std::vector<int32_t> row_of; // each instance's, of all lists; -1 = it says none
-};
-
-scene::ValueList values_of(std::span<const float> row, const auto& variables) {
-    scene::ValueList list;
-    size_t at = 0, flag = row.size() - variables.size();
-    for (const auto& variable : variables) {
-        if (row[flag++] > 0.5f) {
-            scene::Value value{.name = variable.name,
-                               .type = variable.type,
-                               .detail = scene::Detail::Constant,
-                               .array_size = variable.array_size};
-            value.floats = std::vector<float>(row.begin() + ptrdiff_t(at),
-                                              row.begin() + ptrdiff_t(at + variable.width()));
-            list.set(std::move(value));
-        }
-        at += variable.width();
-    }
-    return list;
-}
-
-Table table_of(const auto& lists, const auto& variables) {
-    Table table;
-    table.rows.width = variables.size();
-    for (const auto& variable : variables)
-        table.rows.width += variable.width();
-    std::vector<float> row(table.rows.width);
-    for (const scene::Group::Instances* list : lists)
-        for (size_t i = 0; i < list->count(); i++) {
-            std::ranges::fill(row, 0.0f);
-            size_t at = 0, flag = row.size() - variables.size();
-            bool any = false;
-            for (const auto& variable : variables) {
-                if (const auto values = said(list->variation, variable.name, i); !values.empty()) {
-                    for (size_t c = 0; c < values.size(); c++)
-                        row[at + c] = values[c] + 0.0f; // one zero
-                    row[flag] = 1, any = true;
-                }
-                at += variable.width(), flag++;
-            }
-            table.row_of.push_back(any ? int32_t(table.rows.count()) : -1);
-            if (any)
-                table.rows.values.insert(table.rows.values.end(), row.begin(), row.end());
-        }
-    return table;
-}
-
-// Numbers of a variable are measured by the widest range of its components; and what some do not say is
-// farther off than any.
-std::vector<float> scales_of(const Rows& rows, const auto& variables) {
-    std::vector<float> scales;
-    for (const auto& variable : variables) {
-        const size_t first = scales.size();
-        float range = 0;
-        for (size_t c = first; c < first + variable.width(); c++) {
-            float lo = INFINITY, hi = -INFINITY;
-            for (size_t i = 0; i < rows.count(); i++)
-                lo = std::min(lo, rows[i][c]), hi = std::max(hi, rows[i][c]);
-            range = std::max(range, hi - lo);
-        }
-        scales.insert(scales.end(), variable.width(), range > 0 ? range : 1);
-    }
-    scales.resize(rows.width, 1e-3f);
-    return scales;
-}
-
-} // namespace
-
 void InstancePrimvars::choose(Family& family) {
-    const std::vector<Variable> variables = variables_of(family);
+    std::vector<InstanceVariable> variables = variables_of(family);
     if (variables.empty())
         return;
-    const Table table = table_of(family.lists, variables);
-    const bool plain = family.plain || std::ranges::find(table.row_of, -1) != table.row_of.end();
+    const InstanceValues values(family.lists, std::move(variables));
+    const auto row_of = values.row_of();
+    const bool plain = family.plain || std::ranges::find(row_of, -1) != row_of.end();
     const size_t room = std::max<size_t>(m_most, 1 + plain) - plain;
     std::vector<uint32_t> which, weights;
-    Rows made = distinct_rows(table.rows, which, weights);
-    const size_t distinct = made.count();
-    const bool blended = distinct > room && variables.size() == 1 && variables[0].width() == 1 && room > 1;
-    std::vector<float> number(distinct); // of each that differs, among the variants
-    std::iota(number.begin(), number.end(), 0.0f);
-    if (blended) {
-        const float lo = made[0][0], hi = made[distinct - 1][0], last = float(room - 1);
-        for (size_t i = 0; i < distinct; i++)
-            number[i] = (made[i][0] - lo) / (hi - lo) * last;
-        Rows even{made.width, {}};
-        for (size_t k = 0; k < room; k++) {
-            const float x = float(k) / last;
-            even.values.insert(even.values.end(), {(1 - x) * lo + x * hi, 1.0f});
-        }
-        made = std::move(even);
-    } else if (distinct > room) {
-        std::vector<uint32_t> nearest;
-        made = cluster(made, weights, scales_of(made, variables), room, nearest);
-        std::ranges::copy(nearest, number.begin());
-    }
+    const Rows rows = distinct_rows(values.rows(), which, weights);
+    const size_t distinct = rows.count();
+    const Approximation made = approximated(values, rows, weights, room);
     if (distinct > room)
-        tell_approximated(family, variables, distinct, made.count(), blended);
+        tell_approximated(family, values, distinct, made);
     if (plain)
         family.variants.emplace_back();
-    for (size_t k = 0; k < made.count(); k++)
-        family.variants.push_back(values_of(made[k], variables));
+    for (size_t k = 0; k < made.rows.count(); k++)
+        family.variants.push_back(values.values_of(made.rows[k]));
     size_t next = 0;
     for (const List list : family.lists) {
         std::vector<float> shown;
-        for (size_t i = 0; i < list->count(); i++, next++) {
-            const int32_t row = table.row_of[next];
-            shown.push_back(row < 0 ? 0 : number[which[size_t(row)]] + float(plain));
-        }
+        for (size_t i = 0; i < list->count(); i++, next++)
+            shown.push_back(row_of[next] < 0 ? 0 : made.number[which[size_t(row_of[next])]] + float(plain));
         scene::Variation variation = list->variation;
         variation.variant = std::move(shown);
         m_shown.emplace(list, std::move(variation));
     }
 }
 
-void InstancePrimvars::tell_approximated(const Family& family, const std::vector<Variable>& variables,
-                                         size_t distinct, size_t count, bool blended) const {
+void InstancePrimvars::tell_approximated(const Family& family, const InstanceValues& values, size_t distinct,
+                                         const Approximation& made) const {
     std::vector<std::string> names;
-    for (const Variable& variable : variables)
+    for (const InstanceVariable& variable : values.variables())
         names.push_back(variable.name);
+    std::string shown = made.blended ? ": instances are blended from the two next to theirs"
+                                     : ": each instance shows the nearest";
+    if (made.replaced > 0)
+        shown = ": those of the most frequent texts and matrices. " + std::to_string(made.replaced) +
+                " instances of " +
+                std::to_string(std::ranges::count_if(values.row_of(), [](int32_t row) { return row >= 0; })) +
+                " have others, and show the nearest of these";
     m_journal.report(
         Severity::Info, {m_scene.file},
         "instances of group \"" + m_scene.groups[family.groups[0]].name + "\" have " +
             std::to_string(distinct) + " values of " + quoted(names) + ", and its surfaces are shaded with " +
-            std::to_string(count) +
-            (blended ? ": instances are blended from the two next to theirs"
-                     : ": each instance shows the nearest") +
+            std::to_string(made.rows.count()) + shown +
             ". The option instance_variants shades more (up to 64), and what is unique shows its own");
 }
 

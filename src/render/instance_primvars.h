@@ -11,6 +11,10 @@
 
 namespace kanuka::render {
 
+struct Approximation;
+struct InstanceVariable;
+class InstanceValues;
+
 class InstancePrimvars {
   public:
     // `first`: number of the scene's first group. `most`: variants of a shape.
@@ -36,14 +40,6 @@ class InstancePrimvars {
         bool plain = false;      // some instances say nothing
         std::vector<scene::ValueList> variants;
     };
-    // A variable of a family; a column or more of a table that has a row for each instance.
-    struct Variable {
-        std::string name;
-        scene::Type type = scene::Type::Float;
-        int array_size = 1;
-        size_t width() const { return size_t(scene::components(type)) * size_t(array_size); }
-    };
-
     void find_readers();
     void tell_unread(const std::vector<std::string>& names) const;
     std::vector<size_t> readers_of(const scene::Group::Instances& in, bool in_world) const;
@@ -51,10 +47,10 @@ class InstancePrimvars {
                std::vector<size_t>& found) const;
     void join(const std::vector<size_t>& readers);
     void join_all();
-    std::vector<Variable> variables_of(const Family& family) const;
+    std::vector<InstanceVariable> variables_of(const Family& family) const;
     void choose(Family& family);
-    void tell_approximated(const Family& family, const std::vector<Variable>& variables, size_t distinct,
-                           size_t count, bool blended) const;
+    void tell_approximated(const Family& family, const InstanceValues& values, size_t distinct,
+                           const Approximation& made) const;
 
     const scene::Scene& m_scene;
     const size_t m_first, m_most;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -32,11 +33,23 @@ namespace {
 
 class Clusters {
   public:
-    Clusters(const Rows& rows, std::span<const uint32_t> weights, std::span<const float> scales)
-        : m_rows(rows), m_weights(weights), m_scales(scales), m_all(rows.count()) {
-        std::iota(m_all.begin(), m_all.end(), 0u);
-        m_boxes.push_back(box(0, m_all.size()));
+    // A box for each kind, by weight; no more than `count`.
+    Clusters(const Rows& rows, std::span<const uint32_t> weights, std::span<const float> scales,
+             std::span<const uint32_t> kinds, size_t count)
+        : m_rows(rows), m_weights(weights), m_scales(scales), m_kinds(kinds) {
+        const std::vector<uint32_t> order = heaviest_kinds(count);
+        m_is_kept.assign(m_kinds.empty() ? 1 : 1 + std::ranges::max(m_kinds), false);
+        std::vector<std::vector<uint32_t>> of(m_is_kept.size());
+        for (size_t i = 0; i < rows.count(); i++)
+            of[kind_of(i)].push_back(uint32_t(i));
+        for (const uint32_t kind : order) {
+            m_is_kept[kind] = true;
+            const size_t begin = m_all.size();
+            m_all.insert(m_all.end(), of[kind].begin(), of[kind].end());
+            m_boxes.push_back(box(begin, m_all.size()));
+        }
     }
+    bool is_kept(size_t row) const { return m_is_kept[kind_of(row)]; }
     void split_to(size_t count) {
         while (m_boxes.size() < count) {
             const auto widest = std::ranges::max_element(
@@ -60,10 +73,14 @@ class Clusters {
                 out.values.push_back(float(x));
         return out;
     }
-    uint32_t nearest(std::span<const float> row, const Rows& means) const {
+    uint32_t nearest(size_t i, const Rows& means) const {
+        const std::span<const float> row = m_rows[i];
+        const bool of_its_kind = is_kept(i);
         uint32_t best = 0;
         double least = std::numeric_limits<double>::infinity();
         for (size_t k = 0; k < means.count(); k++) {
+            if (of_its_kind && kind_of(m_all[m_boxes[k].begin]) != kind_of(i))
+                continue;
             double sum = 0;
             for (size_t c = 0; c < row.size(); c++)
                 sum += square(double(row[c] - means[k][c]) / double(m_scales[c]));
@@ -80,6 +97,17 @@ class Clusters {
         std::vector<double> mean;
     };
     static double square(double x) { return x * x; }
+    uint32_t kind_of(size_t row) const { return m_kinds.empty() ? 0 : m_kinds[row]; }
+    std::vector<uint32_t> heaviest_kinds(size_t count) const {
+        std::vector<uint64_t> weight(m_kinds.empty() ? 1 : 1 + std::ranges::max(m_kinds));
+        for (size_t i = 0; i < m_rows.count(); i++)
+            weight[kind_of(i)] += m_weights[i];
+        std::vector<uint32_t> order(weight.size());
+        std::iota(order.begin(), order.end(), 0u);
+        std::ranges::stable_sort(order, std::greater(), [&](uint32_t kind) { return weight[kind]; });
+        order.resize(std::min(order.size(), count));
+        return order;
+    }
     // Where the sum of what both parts deviate along the column is the least. Its rows come out in order.
     size_t best_cut(const Box& whole) {
         const auto value = [&](uint32_t i) { return double(m_rows[i][whole.column]); };
@@ -122,26 +150,30 @@ class Clusters {
     const Rows& m_rows;
     const std::span<const uint32_t> m_weights;
     const std::span<const float> m_scales;
-    std::vector<uint32_t> m_all;
+    const std::span<const uint32_t> m_kinds;
+    std::vector<bool> m_is_kept; // by kind
+    std::vector<uint32_t> m_all; // of kinds that are kept
     std::vector<Box> m_boxes;
 };
 
 } // namespace
 
-Rows cluster(const Rows& rows, std::span<const uint32_t> weights, std::span<const float> scales, size_t count,
-             std::vector<uint32_t>& which) {
+Rows cluster(const Rows& rows, std::span<const uint32_t> weights, std::span<const float> scales,
+             std::span<const uint32_t> kinds, size_t count, std::vector<uint32_t>& which) {
     constexpr int Rounds = 8; // most of what is to be had comes in the first few
-    Clusters clusters(rows, weights, scales);
+    Clusters clusters(rows, weights, scales, kinds, count);
     clusters.split_to(count);
     Rows means = clusters.means();
     which.assign(rows.count(), 0);
     for (int round = 0;; round++) {
         for (size_t i = 0; i < rows.count(); i++)
-            which[i] = clusters.nearest(rows[i], means);
+            which[i] = clusters.nearest(i, means);
         if (round == Rounds)
             return means;
         std::vector<double> sums(means.values.size()), of(means.count());
         for (size_t i = 0; i < rows.count(); i++) {
+            if (!clusters.is_kept(i))
+                continue;
             of[which[i]] += weights[i];
             for (size_t c = 0; c < rows.width; c++)
                 sums[which[i] * rows.width + c] += double(weights[i]) * double(rows[i][c]);

@@ -22,8 +22,10 @@ Rows distinct_rows(const Rows& rows, std::vector<uint32_t>& which, std::vector<u
 // At most `count` rows that stand for all: boxes are cut in two along the column that deviates most, where
 // the two parts deviate least (Wan, Wong and Prusinkiewicz, "An Algorithm for Multidimensional Data
 // Clustering", ACM TOMS 14(2), 1988), and their means moved to those of the rows next to them (Lloyd's
-// iteration). `scales`: what columns are measured by; `which`: the nearest of each row.
-Rows cluster(const Rows& rows, std::span<const uint32_t> weights, std::span<const float> scales, size_t count,
-             std::vector<uint32_t>& which);
+// iteration). `scales`: what columns are measured by, infinity = not at all; `which`: the nearest of each
+// row. `kinds`: of each row (none = all alike). What stands for a row is of its kind; of more kinds than
+// `count` those of most weight have a row each, and others are stood for by the nearest of these.
+Rows cluster(const Rows& rows, std::span<const uint32_t> weights, std::span<const float> scales,
+             std::span<const uint32_t> kinds, size_t count, std::vector<uint32_t>& which);
 
 } // namespace kanuka::render

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <set>
 
@@ -58,7 +59,7 @@ TEST(ValueClusters, DistinctRowsAreThoseOfASet) {
 TEST(ValueClusters, AsManyAsThereAreRowsAreTheRows) {
     std::vector<uint32_t> which, weights, nearest;
     const Rows distinct = distinct_rows(random_rows(60, 2, 6, 2), which, weights);
-    const Rows means = cluster(distinct, weights, std::vector<float>(2, 1.0f), distinct.count(), nearest);
+    const Rows means = cluster(distinct, weights, std::vector<float>(2, 1.0f), {}, distinct.count(), nearest);
     for (size_t i = 0; i < distinct.count(); i++)
         EXPECT_TRUE(std::ranges::equal(means[nearest[i]], distinct[i])) << i;
 }
@@ -83,7 +84,7 @@ TEST(ValueClusters, TwoOfALineAreTheBest) {
             }
             best = std::min(best, error_of(line, weights, two));
         }
-        const Rows means = cluster(line, weights, std::vector<float>(1, 1.0f), 2, nearest);
+        const Rows means = cluster(line, weights, std::vector<float>(1, 1.0f), {}, 2, nearest);
         EXPECT_LE(error_of(line, weights, means), 1.0001 * best) << seed;
     }
 }
@@ -93,7 +94,7 @@ TEST(ValueClusters, MoreAreNearer) {
     const Rows rows = distinct_rows(random_rows(400, 3, 9, 3), which, weights);
     double before = 1e30;
     for (const size_t count : {1, 2, 4, 8, 16, 32}) {
-        const Rows means = cluster(rows, weights, std::vector<float>(3, 1.0f), count, nearest);
+        const Rows means = cluster(rows, weights, std::vector<float>(3, 1.0f), {}, count, nearest);
         EXPECT_EQ(means.count(), count);
         const double error = error_of(rows, weights, means);
         EXPECT_LT(error, before);
@@ -105,9 +106,43 @@ TEST(ValueClusters, MoreAreNearer) {
 TEST(ValueClusters, OneRowIsOneWhateverIsAskedFor) {
     std::vector<uint32_t> which, weights, nearest;
     const Rows rows = distinct_rows(Rows{1, std::vector<float>(7, 0.1f)}, which, weights);
-    const Rows means = cluster(rows, weights, std::vector<float>(1, 1.0f), 4, nearest);
+    const Rows means = cluster(rows, weights, std::vector<float>(1, 1.0f), {}, 4, nearest);
     ASSERT_EQ(means.count(), 1u);
     EXPECT_FLOAT_EQ(means[0][0], 0.1f);
+}
+
+// Values of three kinds on a line, which lie among each other.
+TEST(ValueClusters, KindsAreNotMixed) {
+    const Rows rows{1, {0, 1, 2, 3, 10, 11, 12, 13, 20, 21}};
+    const std::vector<uint32_t> kinds = {0, 1, 0, 1, 0, 1, 0, 1, 2, 2},
+                                weights = {1, 1, 1, 1, 1, 1, 1, 1, 3, 3};
+    std::vector<uint32_t> nearest;
+    const std::vector<float> scales = {1};
+    const Rows means = cluster(rows, weights, scales, kinds, 5, nearest);
+    ASSERT_EQ(means.count(), 5u);
+    const float expected[] = {1, 2, 1, 2, 11, 12, 11, 12, 20.5f, 20.5f};
+    for (size_t i = 0; i < rows.count(); i++)
+        EXPECT_EQ(means[nearest[i]][0], expected[i]) << i;
+}
+
+// A column that nothing is measured by says which kind a mean is of, to the bit.
+TEST(ValueClusters, OfTooManyKindsTheHeaviestStand) {
+    const float Odd = 0.1f, Even = 1234567, Rare = 7;
+    const Rows rows{2, {Odd, 0, Odd, 0.25f, Even, 10, Even, 12, Rare, 2, Rare, 9}};
+    const std::vector<uint32_t> kinds = {0, 0, 1, 1, 2, 2}, weights = {1, 2, 4000000000u, 4000000000u, 1, 1};
+    std::vector<uint32_t> nearest;
+    const std::vector<float> scales = {INFINITY, 1};
+    const Rows means = cluster(rows, weights, scales, kinds, 2, nearest);
+    ASSERT_EQ(means.count(), 2u);
+    EXPECT_EQ(means[0][0], Even);
+    EXPECT_EQ(means[0][1], 11);
+    EXPECT_EQ(means[1][0], Odd);
+    EXPECT_FLOAT_EQ(means[1][1], 0.5f / 3); // those of other kinds count for nothing
+    EXPECT_EQ(nearest, (std::vector<uint32_t>{1, 1, 0, 0, 1, 0}));
+    // Nothing but kinds: the most frequent.
+    const std::vector<float> none = {INFINITY, INFINITY};
+    cluster(rows, weights, none, kinds, 2, nearest);
+    EXPECT_EQ(nearest, (std::vector<uint32_t>{1, 1, 0, 0, 0, 0}));
 }
 
 } // namespace kanuka::render::test

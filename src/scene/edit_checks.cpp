@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/counts.h"
+#include "scene/text_column.h"
 
 namespace kanuka::scene {
 
@@ -120,12 +121,17 @@ static Fault fault_of_variable(const Value& value, size_t instances) {
     for (const char* own : {"variant", "tint", "roughness"})
         if (value.name == own)
             return wrong("instances have a value of that name, which is said by itself");
-    if (value.name.empty() || value.type == Type::String || value.type == Type::Integer ||
-        value.type == Type::HPoint || value.type == Type::Matrix)
-        return wrong("expected a float, color, point, vector or normal, or an array of them");
-    const size_t width = size_t(components(value.type)) * size_t(std::max(value.array_size, 1));
-    const bool one = value.detail == Detail::Constant && value.floats.size() == width;
-    if (!one && !(value.detail == Detail::Uniform && value.floats.size() == width * instances))
+    if (value.name.empty() || value.type == Type::Integer || value.type == Type::HPoint)
+        return wrong("expected a float, color, point, vector, normal, matrix or string, or an array of them");
+    const bool is_text = value.type == Type::String;
+    const size_t width = width_of(value), given = is_text ? value.strings.size() : value.floats.size();
+    const bool one = value.detail == Detail::Constant && given == width && value.ints.empty();
+    const auto numbers_a_text = [&](int32_t i) { return i >= 0 && size_t(i) < given / width; };
+    const bool each =
+        value.detail == Detail::Uniform && (is_text ? value.ints.size() == instances && given % width == 0 &&
+                                                          std::ranges::all_of(value.ints, numbers_a_text)
+                                                    : given == width * instances);
+    if (!one && !each)
         return wrong("expected a value (constant), or one for each of " + std::to_string(instances) +
                      " instances (uniform)");
     if (std::ranges::any_of(value.floats, [](float x) { return !std::isfinite(x); }))

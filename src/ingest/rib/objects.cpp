@@ -168,10 +168,15 @@ void InstanceLists::add(int group, const Transform& still, const std::vector<Tra
     if (list.count == 0) {
         list.primvars = difference.primvars.values;
         list.values.resize(list.primvars.size());
+        for (const scene::Value& primvar : list.primvars)
+            list.texts.emplace_back(scene::width_of(primvar));
     }
     for (size_t k = 0; k < list.values.size(); k++) {
-        const auto& own = difference.primvars.values[k].floats;
-        list.values[k].insert(list.values[k].end(), own.begin(), own.end());
+        const scene::Value& own = difference.primvars.values[k];
+        if (own.type == scene::Type::String)
+            list.texts[k].add(std::span(own.strings.data(), own.strings.size()));
+        else
+            list.values[k].insert(list.values[k].end(), own.floats.begin(), own.floats.end());
     }
     list.count++;
 }
@@ -208,6 +213,10 @@ std::vector<scene::Group::Instances> InstanceLists::take(int& next_id) {
         instances.variation = {
             each(list.variant, 1, 0), each(list.tint, 3, 1), each(list.roughness, 1, 0), {}};
         for (size_t k = 0; k < list.values.size(); k++) {
+            if (list.primvars[k].type == scene::Type::String) {
+                list.texts[k].move_to(list.primvars[k]);
+                continue;
+            }
             list.primvars[k].detail = count == 1 ? scene::Detail::Constant : scene::Detail::Uniform;
             list.primvars[k].floats = std::move(list.values[k]);
         }

@@ -13,6 +13,7 @@
 #include "ingest/rib/reports.h"
 #include "ingest/rib/state.h"
 #include "scene/editor.h"
+#include "scene/text_column.h"
 
 namespace kanuka::ingest {
 
@@ -59,7 +60,8 @@ struct InstanceLists {
         size_t count = 0;
         std::vector<float> variant, tint, roughness; // up to the last that has one
         std::vector<scene::Value> primvars;          // as they are declared
-        std::vector<std::vector<float>> values;      // of each of these
+        std::vector<std::vector<float>> values;      // of each of these,
+        std::vector<scene::TextColumn> texts;        // and its texts
     };
     // By group, times, whether they are unique, whether they say any of that (others take what is around
     // them), and which variables.

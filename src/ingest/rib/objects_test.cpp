@@ -164,7 +164,7 @@ TEST(RibObjects, WhatInstancesCannotDifferByIsTold) {
 
 TEST(RibObjects, VariablesOfInstancesAreTold) {
     for (const auto& [attribute, text] :
-         {std::pair{"string wetness\" \"red\"", "primvars: wetness: expected a float, color, point"},
+         {std::pair{"hpoint wetness\" [1 2 3 4]", "primvars: wetness: expected a float, color, point"},
           std::pair{"color tint\" [0 0 1]", "primvars: tint: instances have a value of that name"}}) {
         const Parsed r(world("ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd Attribute \"instance:primvar\" \"" +
                              std::string(attribute) + " ObjectInstance 1"));
@@ -207,6 +207,35 @@ TEST(RibObjects, VariablesOfInstancesMakeNoLook) {
         EXPECT_EQ(std::vector<float>(in.variation.roughness.begin(), in.variation.roughness.end()),
                   (std::vector<float>{0, .5f}));
     }
+}
+
+// Texts are kept once, however many instances say them.
+TEST(RibObjects, TextsAndMatricesOfInstances) {
+    std::string text = "ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd\n";
+    for (const char* tex : {"a", "b", "a", "a", "b"})
+        text += "Attribute \"instance:primvar\" \"uniform string tex\" [\"" + std::string(tex) +
+                "\"] \"string[2] pair\" [\"x\" \"" + tex +
+                "\"] \"matrix frame\" [1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16] ObjectInstance 1\n";
+    const Parsed r(world(text));
+    ASSERT_EQ(r.scene.instances.size(), 1u) << r.all_messages();
+    const auto& said = r.scene.instances[0].variation.primvars;
+    const scene::Value *tex = said.find("tex"), *pair = said.find("pair"), *frame = said.find("frame");
+    ASSERT_TRUE(tex && pair && frame);
+    const auto texts = [](const scene::Value& v) {
+        return std::vector<std::string>(v.strings.begin(), v.strings.end());
+    };
+    const auto numbers = [](const scene::Value& v) {
+        return std::vector<int32_t>(v.ints.begin(), v.ints.end());
+    };
+    EXPECT_EQ(texts(*tex), (std::vector<std::string>{"a", "b"}));
+    EXPECT_EQ(numbers(*tex), (std::vector<int32_t>{0, 1, 0, 0, 1}));
+    EXPECT_EQ(tex->detail, scene::Detail::Uniform);
+    EXPECT_EQ(texts(*pair), (std::vector<std::string>{"x", "a", "x", "b"}));
+    EXPECT_EQ(numbers(*pair), numbers(*tex));
+    EXPECT_EQ(pair->array_size, 2);
+    ASSERT_EQ(frame->floats.size(), 80u);
+    for (size_t i = 0; i < 80; i++)
+        EXPECT_EQ(frame->floats[i], float(1 + i % 16));
 }
 
 // Nor does what instances of one look differ by: those that say any of it are a list, the others one more.

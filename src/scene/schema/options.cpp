@@ -133,7 +133,7 @@ const OptionParameter Rows[] = {
      at<&O::instance_levels>},
     {{.name = "instance_variants", .rib = "kanuka:instancevariants", .flag = "instance-variants",
       .about = "primitive variables of instances: so many of their values at most does a shape's surface run with; of "
-               "more, numbers are blended, and all others are the nearest of so many",
+               "more, numbers are blended, texts and matrices are the most frequent, and all others the nearest of so many",
       .range = {1, 64}},
      at<&O::instance_variants>},
     {{.name = "unique_up_to", .rib = "kanuka:uniqueupto", .flag = "unique-up-to",
