@@ -412,8 +412,7 @@ def test_rib_is_written_and_read(tmp_path: Path) -> None:
         ({"wetness": [0, 1]}, "wetness: 2 values fit nothing here; one of 3 (uniform), 1 (constant)"),
         ({"wetness": [0, float("nan"), 1]}, "primvars: wetness: expected finite numbers"),
         ({"tint": [(1, 1, 1)] * 3}, "primvars: tint: instances have a value of that name"),
-        ({"name": "wet"}, "primvars: name: expected a float, color, point, vector or normal"),
-        ({"matrix frame": [np.eye(4)] * 3}, "primvars: frame: expected a float, color, point"),
+        ({"int wetness": [0, 1, 2]}, "primvars: wetness: expected a float, color, point, vector, normal, matrix"),
     ],
 )
 def test_what_does_not_fit_is_refused(given: dict, text: str) -> None:

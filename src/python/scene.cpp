@@ -29,16 +29,25 @@ struct Differences {
     bool unique;
 };
 
-// A value, or one for each instance. Three numbers are a color where there are no three instances.
+// A value, or one for each instance. Three numbers are a color where there are no three instances, four rows
+// of four a matrix where there are no four.
 scene::ValueList instance_primvars(const nb::dict& given, size_t instances) {
     const DetailCount counts[] = {{scene::Detail::Uniform, instances}, {scene::Detail::Constant, 1}};
     scene::ValueList list;
     for (auto [key, value] : given) {
-        const auto name = argument<std::string>(key, "primvars: a name");
-        const bool triple = instances != 3 && name.find(' ') == std::string::npos &&
-                            !nb::isinstance<nb::str>(value) &&
-                            float_array(value, name.c_str()).shape == std::vector<size_t>{3};
-        list.set(primvar(triple ? "color " + name : name, value, counts));
+        auto name = argument<std::string>(key, "primvars: a name");
+        if (holds_texts(value)) {
+            list.set(texts_of_instances(name, value, instances));
+            continue;
+        }
+        const bool is_plain = name.find(' ') == std::string::npos;
+        const std::vector<size_t> shape =
+            is_plain ? float_array(value, name.c_str()).shape : std::vector<size_t>();
+        if (instances != 3 && shape == std::vector<size_t>{3})
+            name = "color " + name;
+        if (instances != 4 && shape == std::vector<size_t>{4, 4})
+            name = "matrix " + name;
+        list.set(primvar(name, value, counts));
     }
     return list;
 }
@@ -231,8 +240,9 @@ constexpr const char* InstancesDoc =
     "How they differ in looks, each a value or one for each instance: `variant`, of the `variants` of a "
     "shape, between whole numbers two of them are blended; `tint`, (3,) or (N, 3), multiplies the colours of "
     "bodies, as docs/lobes.md names them; `roughness` is added to that of lobes; `primvars` are bound to "
-    "parameters of surface shaders by their name, as those of a shape are: \"wetness\", \"vector wind\". Of "
-    "nested instances the innermost that says any of it counts.\n\n"
+    "parameters of surface shaders by their name, as those of a shape are: \"wetness\", \"vector wind\", "
+    "a text or a matrix (acting on columns). Of nested instances the innermost that says any of it "
+    "counts.\n\n"
     "`unique`: each is diced and shaded where it stands, for shaders that ask where in the world that is.";
 
 void bind_group(nb::class_<Group>& group) {

@@ -4,6 +4,7 @@
 
 #include "python/arguments.h"
 #include "python/arrays.h"
+#include "scene/text_column.h"
 
 namespace kanuka::python {
 
@@ -65,11 +66,32 @@ bool is_list_of_text(nb::handle value) {
     return is_sequence_of_objects(value) && is_text(value[0]);
 }
 
+std::string_view text_of(nb::handle value, const std::string& key) {
+    Py_ssize_t size = 0;
+    const char* text = is_text(value) ? PyUnicode_AsUTF8AndSize(value.ptr(), &size) : nullptr;
+    if (!text) {
+        PyErr_Clear();
+        throw nb::type_error((key + ": expected a text, or a list of texts").c_str());
+    }
+    return {text, size_t(size)};
+}
+
+// As RenderMan has it: for vectors that are rows.
+scene::Buffer<float> transposed(const scene::Buffer<float>& matrices) {
+    std::vector<float> rows(matrices.size());
+    for (size_t i = 0; i < rows.size(); i++)
+        rows[i] = matrices[i / 16 * 16 + i % 4 * 4 + i / 4 % 4];
+    return rows;
+}
+
 } // namespace
 
 bool is_sequence_of_objects(nb::handle value) {
-    return nb::isinstance<nb::sequence>(value) && !is_text(value) && !PyMemoryView_Check(value.ptr()) &&
-           nb::len(value) > 0;
+    if (!nb::isinstance<nb::sequence>(value) || is_text(value) || PyMemoryView_Check(value.ptr()))
+        return false;
+    const Py_ssize_t size = PySequence_Size(value.ptr());
+    PyErr_Clear(); // NumPy's arrays of no dimension have none
+    return size > 0;
 }
 
 scene::Value parameter(const std::string& key, nb::handle value) {
@@ -120,12 +142,8 @@ scene::Value parameter(const std::string& key, nb::handle value) {
                                   .c_str());
     result.array_size = declared.array_size.value_or(int(count / one));
     result.floats = array.buffer;
-    if (result.type == Type::Matrix) { // shaders take RenderMan's row-vector matrices
-        std::vector<float> rows(count);
-        for (size_t i = 0; i < count; i++)
-            rows[i] = array.buffer[i / 16 * 16 + i % 4 * 4 + i / 4 % 4];
-        result.floats = std::move(rows);
-    }
+    if (result.type == Type::Matrix)
+        result.floats = transposed(array.buffer);
     return result;
 }
 
@@ -140,8 +158,10 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
                      const std::string& what) {
     const std::string& told = what.empty() ? key : what;
     const Declaration declared = parse_declaration(key);
-    if (is_text(value))
-        return parameter("constant string " + declared.name, value);
+    const bool in_list = is_list_of_text(value) && nb::len(value) == 1;
+    if (is_text(value) || in_list)
+        return parameter("constant string " + declared.name,
+                         in_list ? nb::object(value[0]) : nb::borrow(value));
     if (declared.type == Type::String)
         throw nb::value_error((key + ": a string primvar is one text, for all of the primitive").c_str());
     const FloatArray array = float_array(value, told.c_str());
@@ -160,6 +180,13 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
         return columns == 3 ? Type::Color : columns == 16 ? Type::Matrix : Type::Float;
     };
     result.type = declared.type.value_or(guess());
+    if (result.type == Type::Matrix) {
+        result.floats = transposed(array.buffer);
+        if (array.shape == std::vector<size_t>{4, 4}) {
+            result.detail = Detail::Constant;
+            return result;
+        }
+    }
     // A bare list of three numbers is one color (or point, …), unless there are three vertices and it says
     // nothing.
     const bool three = array.shape.size() == 1 && rows == 3;
@@ -189,6 +216,50 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
     }
     throw nb::value_error(
         (told + ": " + std::to_string(rows) + " values fit nothing here; one of " + expected).c_str());
+}
+
+bool holds_texts(nb::handle value) {
+    return is_text(value) || is_list_of_text(value) ||
+           (is_sequence_of_objects(value) && is_list_of_text(value[0]));
+}
+
+scene::Value texts_of_instances(const std::string& key, nb::handle value, size_t instances) {
+    const Declaration declared = parse_declaration(key);
+    if (declared.type.value_or(Type::String) != Type::String)
+        throw nb::value_error((key + ": expected numbers, got texts").c_str());
+    const bool is_nested = !is_text(value) && !is_text(value[0]);
+    const size_t width = declared.array_size ? size_t(*declared.array_size)
+                         : is_nested         ? nb::len(nb::object(value[0]))
+                                             : 1;
+    const bool is_one = is_text(value) || (!is_nested && width > 1);
+    if (const size_t count = is_one ? 1 : nb::len(value); count != 1 && count != instances)
+        throw nb::value_error((key + ": " + std::to_string(count) + " values fit nothing here; one of " +
+                               std::to_string(instances) + " (uniform), 1 (constant)")
+                                  .c_str());
+    scene::TextColumn column(width);
+    const auto add = [&](nb::handle one) {
+        if (is_text(one) && width == 1) {
+            const std::string_view text = text_of(one, key);
+            return column.add(std::span(&text, 1));
+        }
+        const auto texts = as<std::vector<std::string>>(one, key + ": expected lists of texts");
+        if (texts.size() != width)
+            throw nb::value_error((key + ": expected " + std::to_string(width) + " texts a value, got " +
+                                   std::to_string(texts.size()))
+                                      .c_str());
+        column.add(std::span(texts));
+    };
+    if (is_one)
+        add(value);
+    else
+        for (const nb::handle each : value)
+            add(each);
+    scene::Value result;
+    result.name = declared.name;
+    result.type = Type::String;
+    result.array_size = int(width);
+    column.move_to(result);
+    return result;
 }
 
 scene::Value parameter_like(const scene::Value& before, const std::string& key, nb::handle value) {

@@ -27,6 +27,10 @@ struct DetailCount {
 scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts,
                      const std::string& what = "");
 
+bool holds_texts(nb::handle value); // a text, or a list of texts, or of lists of them
+// A text of instances, or one for each; of an array lists of them.
+scene::Value texts_of_instances(const std::string& key, nb::handle value, size_t instances);
+
 // A copy, as NumPy has it.
 template <class T>
 nb::object array_of(const T* data, std::vector<size_t> shape) {

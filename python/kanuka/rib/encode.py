@@ -100,7 +100,10 @@ def instances(
         kind = "color" if name == "tint" else "float"  # that of "unique" is a number, too
         parts += _each("instance", f"{kind} {name}", np.reshape(values, (-1, 3 if name == "tint" else 1)), count)
     for key, values in primvars.items():
-        parts += _each("instance:primvar", *instance_variable(key, values, count), count)
+        if holds_texts(values):
+            parts += _each_text("instance:primvar", key, values, count)
+        else:
+            parts += _each("instance:primvar", *instance_variable(key, values, count), count)
     if len(steps) > 1:
         parts.append(_alike(request("MotionBegin", np.asarray(times_of(len(steps), times), dtype=float)), count))
     for row in rows:
@@ -110,17 +113,51 @@ def instances(
     return np.concatenate([*parts, _alike(tail, count)], axis=1).tobytes()
 
 
+def holds_texts(values: object) -> bool:
+    """A text, or a list of texts, or of lists of them."""
+    while not isinstance(values, str) and hasattr(values, "__len__") and getattr(values, "ndim", 1) and len(values):
+        values = values[0]  # type: ignore[index]
+    return isinstance(values, str)
+
+
+def rows_of_matrices(values: object) -> np.ndarray:
+    """Matrices that act on columns as RIB has them, 16 numbers each."""
+    return np.asarray(values, dtype=np.float32).reshape(-1, 4, 4).transpose(0, 2, 1).reshape(-1, 16)
+
+
 def instance_variable(key: str, values: object, count: int) -> tuple[str, np.ndarray]:
     """Its declaration, and its values in rows; types that are not said are what kanuka.Scene takes them for."""
     given = np.asarray(values, dtype=np.float32)
     *classes, name = key.split()
     kind = next((word for word in classes if word not in ("constant", "uniform")), "")
+    one = given.shape == (4, 4) and count != 4
+    if kind == "matrix" or (not kind and (one or (given.ndim > 1 and given.size == 16 * len(given)))):
+        return f"matrix {name}", rows_of_matrices(given)
     triple = kind in ("color", "point", "vector", "normal") or (not kind and (count != 3 or name in ("Cs", "Os")))
     rows = (
         given.reshape(1, -1) if given.shape == (3,) and triple else given.reshape(len(given) if given.ndim else 1, -1)
     )
     width = rows.shape[1]
     return f"{kind or ('color' if width == 3 else 'float' if width == 1 else f'float[{width}]')} {name}", rows
+
+
+def _each_text(category: str, key: str, values: object, count: int) -> list[np.ndarray]:
+    """An Attribute of each instance; one text, or a list of those of an array, is that of all. Blanks behind the
+    shorter ones make them as long as others."""
+    *classes, name = key.split()
+    kind = next((word for word in classes if word not in ("constant", "uniform")), "")
+    alone = isinstance(values, str) or (isinstance(values[0], str) and kind not in ("", "string", "string[1]"))
+    each = [values] if alone else values
+    rows = [(text,) if isinstance(text, str) else tuple(text) for text in each]
+    distinct = {row: number for number, row in enumerate(dict.fromkeys(rows))}
+    coded = [token([str(text) for text in row]) for row in distinct]
+    width = max(map(len, coded))
+    table = np.frombuffer(b"".join(text.ljust(width) for text in coded), dtype=np.uint8).reshape(-1, width)
+    numbers = np.fromiter((distinct[row] for row in rows), dtype=np.int32)
+    size = f"[{len(rows[0])}]" if len(rows[0]) > 1 else ""
+    said = f'Attribute "{category}" "uniform string{size} {name}" '.encode()
+    shown = np.broadcast_to(table[numbers], (count, width))
+    return [_alike(said, count), shown, _alike(b"\n", count)]
 
 
 def _each(category: str, declaration: str, rows: np.ndarray, count: int) -> list[np.ndarray]:

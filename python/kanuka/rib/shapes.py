@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .encode import Value, moving, request, times_of
+from .encode import Value, holds_texts, moving, request, rows_of_matrices, times_of
 
 STEPS = {"bezier": 3, "b-spline": 1, "catmull-rom": 1}
 
@@ -49,10 +49,13 @@ def shape(
     used = counts.of["vertex"]
     common: dict[str, Value] = {}
     for key, values in primvars.items():
-        array = values if isinstance(values, str) else np.asarray(values, dtype=np.float32)
-        if isinstance(array, str):
-            common[key] = array
+        if holds_texts(values):
+            common[f"constant string {key.split()[-1]}"] = values if isinstance(values, str) else str(values[0])
             continue
+        array = np.asarray(values, dtype=np.float32)
+        if "matrix" in key.split() or (len(key.split()) == 1 and array.ndim > 1 and array.size == 16 * len(array)):
+            array = rows_of_matrices(array)
+            key = key if "matrix" in key.split() else f"matrix {key}"
         declared = Counts(len(points[0]), *list(counts.of.values())[1:4]).declared(key, array)
         whole = declared.split()[0] in ("vertex", "varying") and len(array) == len(points[0])
         common[declared] = array[:used] if whole and used < len(array) else array
