@@ -77,9 +77,11 @@ std::string declaration(sl::Type type, int array_size) {
 }
 
 // Plain numbers, which is what a reader makes of a value that nobody declared, are what the shader declares,
-// if there are as many.
+// if there are as many. A matrix is its 16 numbers for who declares these.
 bool is_meant(const scene::Value& value, const sl::Parameter& parameter) {
-    return value.type == scene::Type::Float && parameter.type < sl::Type::String && value.floats.size() > 1 &&
+    const bool is_plain = value.type == scene::Type::Float ||
+                          (value.type == scene::Type::Matrix && parameter.type == sl::Type::Float);
+    return is_plain && parameter.type < sl::Type::String && value.floats.size() > 1 &&
            value.floats.size() == size_t(floats_of(parameter.type) * std::max(1, parameter.array_size));
 }
 

@@ -1,5 +1,7 @@
 #include "shade/arguments.h"
 
+#include <numeric>
+
 #include "shade/test_support.h"
 
 namespace kanuka::shade {
@@ -107,6 +109,20 @@ TEST_F(Arguments, PlainNumbersAreWhatTheShaderDeclares) {
     EXPECT_EQ(find(bind(), "up"), nullptr) << "two numbers are no normal";
     EXPECT_NE(messages().find("\"up\" of shader \"wood\" is a normal, not a float[2]"), std::string::npos)
         << messages();
+}
+
+// In no space: who reads numbers makes of them what they like.
+TEST_F(Arguments, AMatrixIsItsSixteenNumbers) {
+    test::FakeShader numbers{
+        "n", sl::ShaderKind::Surface, {parameter("m", sl::Type::Float, 16), parameter("c", sl::Type::Color)}};
+    std::vector<float> given(16);
+    std::iota(given.begin(), given.end(), 1.0f);
+    primvars.set(value("m", scene::Type::Matrix, given, Detail::Constant));
+    primvars.set(value("c", scene::Type::Matrix, given, Detail::Constant));
+    const auto all = bind_arguments(numbers, ref, primvars, spaces, journal);
+    ASSERT_EQ(all.size(), 1u);
+    EXPECT_EQ(find(all, "m")->floats, given);
+    EXPECT_NE(messages().find("\"c\" of shader \"wood\" is a color, not a matrix"), std::string::npos);
 }
 
 TEST_F(Arguments, HomogeneousPointsAreDividedByTheirWeight) {

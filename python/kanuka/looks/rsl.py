@@ -132,7 +132,10 @@ class Writer:
         if kind == "color4":  # alphas are not bound
             return self.primvar(name, "color", fallback).to(kind)
         ours = primvar_name(name)
-        if name not in self.primvars:
+        if name not in self.primvars and kind in ("string", "matrix44"):
+            self.primvars[name] = kind
+            self.declarations.append(whole(kind, ours, fallback))
+        elif name not in self.primvars:
             self.primvars[name] = kind
             numbers = [0.0, 0.0, 0.0] if fallback is None else numbers_of(fallback)
             if kind == "float2":
@@ -142,12 +145,14 @@ class Writer:
             else:
                 self.declarations.append(f"varying {kind} {ours} = {literal(kind, numbers)};")
         kind = self.primvars[name]
+        if kind == "matrix44":
+            return of_numbers(kind, [f"{ours}[{i}]" for i in range(16)])
         return Value("float2", *halves(ours)) if kind == "float2" else Value(kind, ours)
 
     def texture(
         self,
         stage: Stage,
-        file: str,
+        file: str | Value,
         st: Value | Corners,
         wrap: str,
         space: str,
@@ -155,12 +160,15 @@ class Writer:
         fill: float = 0,
         blur: str = "",
     ) -> Value:
-        """A picture at st, whose t grows upwards, or over four corners: the colour, or one channel. `space`: raw, srgb,
-        auto; `blur`: part of the picture."""
+        """A picture at st, whose t grows upwards, or over four corners: the colour, or one channel. `file`: a value,
+        whose text may be empty: all is `fill` then; `space`: raw, srgb, auto; `blur`: part of the picture."""
         key = ("texture", file, st, wrap, space, channel, blur)
         if key not in stage.known:
             strings = {"file": file, "wrap": wrap, "space": space}
-            texts = [self.shared("string", (file, *item), item[1]).text for item in strings.items()]
+            texts = [
+                value.text if isinstance(value, Value) else self.shared("string", (file, name, value), value).text
+                for name, value in strings.items()
+            ]
             options = f'"wrap", {texts[1]}, "colorspace", {texts[2]}, "fill", {fill:g}'
             options += f', "blur", {blur}' if blur else ""
             corners = ((st.text, st.second),) if isinstance(st, Value) else st
@@ -169,6 +177,9 @@ class Writer:
                 found = Value("color", f"color texture({texts[0]}, {where}, {options})")
             else:
                 found = Value("float", f"float texture({texts[0]}[{channel}], {where}, {options})")
+            if isinstance(file, Value):
+                none = f"color({fill:g})" if channel is None else f"{fill:g}"
+                found = Value(found.kind, f'{file.text} == "" ? {none} : {found.text}')
             stage.known[key] = self.let(stage, found)
         return stage.known[key]
 
@@ -198,12 +209,21 @@ def literal(kind: str, numbers: list[float]) -> str:
     return f"{kind}({', '.join(texts[:3] if len(texts) >= 3 else texts[:1])})"
 
 
+def whole(kind: str, name: str, fallback: object) -> str:
+    """The declaration of what a primitive has one of: a text, or the numbers of a matrix, which are in no space."""
+    if kind == "string":
+        quoted = str(fallback or "").replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+        return f'uniform string {name} = "{quoted}";'
+    numbers = [float(i % 5 == 0) for i in range(16)] if fallback is None else numbers_of(fallback)
+    return f"uniform float {name}[16] = {{{', '.join(f'{x:.9g}' for x in numbers)}}};"
+
+
 def shader_text(writer: Writer, methods: dict[str, list[str]]) -> str:
     """The whole class; methods by their heads. Parameters that nothing reads are left out, and so are their values."""
     functions = [text.strip() for text in writer.functions.values()]
     body = [line for lines in methods.values() for line in lines]
     words = set(re.findall(r"\w+", "\n".join(body)))
-    declarations = [d for d in writer.declarations if d.split(" = ")[0].split()[-1] in words]
+    declarations = [d for d in writer.declarations if d.split(" = ")[0].split()[-1].partition("[")[0] in words]
     writer.values = {name: value for name, value in writer.values.items() if name.split()[-1] in words}
     lines = [*functions, "class NAME(", *("    " + d for d in declarations), ") {"]
     lines += ["    " + member for member in writer.members]

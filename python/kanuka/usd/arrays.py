@@ -7,12 +7,13 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
+from kanuka.looks.files import Files
 from kanuka.looks.rsl import halves
 
 Colors: TypeAlias = "Callable[[Usd.Attribute, np.ndarray], np.ndarray]"
-_SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "normal": 3}
+_SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "normal": 3, "matrix44": 16}
 _CLASSES = {
     UsdGeom.Tokens.constant: "constant",
     UsdGeom.Tokens.uniform: "uniform",
@@ -55,6 +56,9 @@ def primvar(
     wanted (colours with alpha) gives its first ones; two numbers are two primvars (rsl.halves). `colors`: what is made
     of an attribute's colours."""
     storage = _CLASSES.get(found.GetInterpolation())
+    if kind == "string":
+        values = texts(found, time)
+        return {f"{storage} string {name}": values} if storage is not None and len(values) else {}
     values = found.ComputeFlattened(time)
     if storage is None or values is None or isinstance(values, str):
         return {}
@@ -72,6 +76,35 @@ def primvar(
         array = array.reshape(len(array) // size, -1)
     if not len(array) or array.shape[1] < _SIZES[kind]:
         return {}
+    if kind == "matrix44":  # USD's act on rows
+        return {f"{storage} matrix {name}": array[:, :16].reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float32)}
     if kind == "float2":
         return {f"{storage} float {half}": array[:, i].astype(np.float32) for i, half in enumerate(halves(name))}
     return {f"{storage} {kind} {name}": np.ascontiguousarray(array[:, : _SIZES[kind]], dtype=np.float32)}
+
+
+def texts(found: UsdGeom.Primvar, time: Usd.TimeCode) -> np.ndarray:
+    """Those of strings, tokens and files, which are resolved; none where the values are of another type. Each that
+    differs is one object, however many have it."""
+    values = found.Get(time)
+    each = [values] if isinstance(values, (str, Sdf.AssetPath)) else values
+    if not is_list(each) or not isinstance(each[0], (str, Sdf.AssetPath)):
+        return np.empty(0, dtype=object)
+    known: dict[object, str] = {}
+    made = np.empty(len(each), dtype=object)
+    for i, value in enumerate(each):
+        if (text := known.get(value)) is None:
+            text = known[value] = text_of(value)
+        made[i] = text
+    indices = whole(found.GetIndices(time)) if found.IsIndexed() else None
+    if indices is None:
+        return made
+    return made[indices] if len(indices) and indices.min() >= 0 and indices.max() < len(made) else made[:0]
+
+
+def text_of(value: str | Sdf.AssetPath) -> str:
+    """A file that lies in a package is taken out of it."""
+    if not isinstance(value, Sdf.AssetPath):
+        return str(value)
+    path = str(value.resolvedPath or value.path)
+    return Files().file_of(path) if "[" in path else path

@@ -23,7 +23,14 @@ from .stage import Gathered, Say
 AHEAD = ("faceVertexCounts", "faceVertexIndices", "subdivisionScheme")  # attributes that are read for many prims
 AS_POINTS = 100
 MOST_POINTS = 1 << 15  # of prims whose attributes are read together
+WHOLE = ("string", "matrix")  # types that do not vary over a shape
 ST = ("st", "UVMap", "map1", "uv")  # and some exporters' names of it
+
+
+def whole(key: str) -> str:
+    """The key of a primvar; of a type of which shapes have one value, under that class."""
+    _, kind, name = key.split(" ")
+    return f"constant {kind} {name}" if kind in WHOLE else key
 
 
 def shown(name: str) -> str:
@@ -110,7 +117,7 @@ class Shapes:
                 self.named.setdefault(name, (ours, kind))
                 for have in primvars_of(item, *names):
                     if values := primvar(have, ours, kind, self.shutter.frame, self.spaces.colors):
-                        found |= {key: self.one(item, name, key, array) for key, array in values.items()}
+                        found |= {whole(key): self.one(item, name, key, array) for key, array in values.items()}
                         break
                     if have.HasValue():
                         self.say("warning", f"{item.path}: primvar {name} is no {kind}; it is not read")
@@ -127,6 +134,12 @@ class Shapes:
         return found
 
     def one(self, item: Item, name: str, key: str, array: np.ndarray) -> np.ndarray:
+        if key.split()[1] in WHOLE and not key.startswith("constant"):
+            if len(array) > 1:
+                self.gathered.note(
+                    f"primvar {name} varies, but shapes have one text or matrix; the first stands", item.path
+                )
+            return array[:1]
         if len(array) > 1 and key.startswith("constant"):
             # As USD's imaging; an array without an interpolation is constant.
             self.gathered.note(f"primvar {name} is constant, but has several values; the first one stands", item.path)

@@ -69,7 +69,8 @@ class Variables:
         if (name, ours, kind) not in self._found:
             made = primvar(have, ours, kind, self.frame, self.colors)
             if not made or any(len(values) not in (1, self.count) for values in made.values()):
-                text = f"primvar {name}: materials take a {kind}, or one for each instance. It has no effect"
+                sort = kind.removesuffix("44")
+                text = f"primvar {name}: materials take a {sort}, or one for each instance. It has no effect"
                 self.gathered.note(text, str(self.prim.GetPath()))
                 made = {}
             self._found[name, ours, kind] = {key.split(" ", 1)[1]: values for key, values in made.items()}

@@ -15,6 +15,7 @@ from kanuka.looks.files import Files
 from kanuka.looks.rsl import MATRICES, SIZES, Corners, Stage, Value, Writer, numbers_of, of_numbers
 
 from . import library, values
+from .arrays import text_of
 from .spaces import Spaces
 from .stage import Say, one_line
 
@@ -34,6 +35,8 @@ _KINDS = {
     "string": "string",
     "token": "string",
 }
+TEXT_READERS = ("UsdPrimvarReader_string", "ND_geompropvalue", "ND_geompropvalueuniform")
+IDENTITY = tuple(float(i % 5 == 0) for i in range(16))
 UV_TEXTURES = ("raw", "sRGB")  # words of UsdUVTexture's own, which no configuration changes
 
 # A node's function: what one of its outputs gives, with the statements that it needs written to the stage; None where
@@ -172,10 +175,17 @@ class Node:
         found = numbers_of(self.constant(name, default))
         return (found * len(default) if len(found) == 1 else [*found, *default[len(found) :]])[: len(default)]
 
-    def fallback(self, name: str) -> list[float] | None:
+    def fallback(self, name: str, kind: str = "") -> list[float] | None:
         """Of a primvar: numbers, where there are any."""
-        value = self.constant(name)
-        return None if value is None or isinstance(value, str) else numbers_of(value)
+        value = self.constant(name, IDENTITY if kind == "matrix44" else None)
+        if value is None or isinstance(value, (str, Sdf.AssetPath)):
+            return None
+        return np.ravel(value).astype(float).tolist() if np.ndim(value) == 2 else numbers_of(value)
+
+    def text(self, name: str) -> str:
+        """Of a constant, where it is a text or a file."""
+        value = self.constant(name, "")
+        return text_of(value) if isinstance(value, (str, Sdf.AssetPath)) else ""
 
     def value(self, name: str, stage: Stage, kind: str, default=None) -> Value | None:
         """An input's value; None where it is neither connected nor set and there is no default."""
@@ -184,11 +194,15 @@ class Node:
     def file(self, name: str) -> str:
         raise NotImplementedError
 
-    def named_lookup(self, name: str, by: str, file: str) -> Lookup:
+    def picture(self, name: str, stage: Stage) -> str | Value:
+        """A file, or what names one: a primvar."""
+        return self.file(name)
+
+    def named_lookup(self, name: str, by: str, file: str | Value) -> Lookup:
         """The same, of a colour whose space another input names."""
         raise NotImplementedError
 
-    def lookup(self, name: str, file: str, kind: str) -> Lookup:
+    def lookup(self, name: str, file: str | Value, kind: str) -> Lookup:
         """How the file that an input names is read as values of a kind; all but colours are data."""
         raise NotImplementedError
 
@@ -222,7 +236,7 @@ class UsdNode(Node):
         if isinstance(value, (str, Sdf.AssetPath)):
             if kind in ("string", None):
                 return value
-        elif kind != "string" and as_numbers(value, max(SIZES.get(kind or "", 4), 4)) is not None:
+        elif kind != "string" and values.as_numbers(value, max(SIZES.get(kind or "", 4), 4)) is not None:
             return self.network.spaces.value(attribute, value)
         self.network.tell(f"{attribute.GetPath()}: {one_line(str(value))} is no value for it; its default stands")
         return None
@@ -250,6 +264,7 @@ class UsdNode(Node):
         if attribute is None or is_output(attribute):
             return default
         kind = None if default is None else "string" if isinstance(default, str) else "numbers"
+        kind = "matrix44" if default is IDENTITY else kind
         value = self._constant(attribute, kind)
         return default if value is None else value
 
@@ -279,8 +294,15 @@ class UsdNode(Node):
             return ""
         return values.resolved(attribute, network.time, network.files, network.say)
 
-    def named_lookup(self, name: str, by: str, file: str) -> Lookup:
+    def picture(self, name: str, stage: Stage) -> str | Value:
+        source = self.source(name)
+        if source is None or family(source.identifier) not in TEXT_READERS:
+            return self.file(name)
+        return self.value(name, stage, "string") or ""
+
+    def named_lookup(self, name: str, by: str, file: str | Value) -> Lookup:
         attribute, spaces = self._source(name), self.network.spaces
+        file = "" if isinstance(file, Value) else file  # it is not known yet
         said, named = self._source(by), str(self.constant(by, "auto") or "auto")
         if said and named in UV_TEXTURES:
             return spaces.lookup(file, colors.named(named))
@@ -289,8 +311,9 @@ class UsdNode(Node):
         # What prims say of all their attributes is not meant for pictures that say "auto" themselves.
         return spaces.lookup(file, spaces.of_file(attribute, file, inherits=False)) if attribute else AUTO
 
-    def lookup(self, name: str, file: str, kind: str) -> Lookup:
+    def lookup(self, name: str, file: str | Value, kind: str) -> Lookup:
         attribute, spaces = self._source(name), self.network.spaces
+        file = "" if isinstance(file, Value) else file
         if kind not in ("color", "color4"):
             return RAW
         return spaces.lookup(file, spaces.of_file(attribute, file)) if attribute else AUTO
@@ -355,23 +378,18 @@ class LibraryNode(Node):
         given = self._input(name)
         return self._outer.file(given.interface) if given.interface else ""
 
-    def named_lookup(self, name: str, by: str, file: str) -> Lookup:
+    def picture(self, name: str, stage: Stage) -> str | Value:
+        given = self._input(name)
+        return self._outer.picture(given.interface, stage) if given.interface else ""
+
+    def named_lookup(self, name: str, by: str, file: str | Value) -> Lookup:
         return self.lookup(name, file, "color")
 
-    def lookup(self, name: str, file: str, kind: str) -> Lookup:
+    def lookup(self, name: str, file: str | Value, kind: str) -> Lookup:
         given = self._input(name)
         if not given.interface or kind not in ("color", "color4"):
             return RAW
         return self._outer.lookup(given.interface, file, kind)
-
-
-def as_numbers(value: object, most: int) -> np.ndarray | None:
-    """Of a number, a tuple or a matrix; None: it is none of them, has more, or is not finite."""
-    try:
-        found = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        return None
-    return found if 0 < found.size <= most and np.isfinite(found).all() else None
 
 
 def is_output(attribute: Usd.Attribute) -> bool:
@@ -406,7 +424,7 @@ def geometry(network: Network, name: str, stage: Stage) -> Value | None:
 def texture(
     network: Network,
     stage: Stage,
-    file: str,
+    file: str | Value,
     st: Value | Corners,
     wrap: str,
     look: Lookup,

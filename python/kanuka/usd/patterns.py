@@ -177,8 +177,9 @@ def texture_coordinate(node: Node, output: str, stage: Stage) -> Value | None:
 
 def geometry_property(node: Node, output: str, stage: Stage) -> Value | None:
     name = str(node.constant("geomprop", "") or "")
-    name = "st" if name in ("UV0", "uv") else name
-    return node.network.writer.primvar(name, node.kind(output), node.fallback("default")) if name else None
+    name, kind = "st" if name in ("UV0", "uv") else name, node.kind(output)
+    given = node.text("default") if kind == "string" else node.fallback("default")
+    return node.network.writer.primvar(name, kind, given) if name else None
 
 
 def geometry_color(node: Node, output: str, stage: Stage) -> Value | None:
@@ -214,7 +215,7 @@ def transformed(call: str, kind: str) -> Evaluate:
 def image(node: Node, output: str, stage: Stage) -> Value | None:
     """ND_image_* and ND_tiledimage_*."""
     kind, network = node.kind(output), node.network
-    file = node.file("file")
+    file = node.picture("file", stage)
     if not file:
         return node.value("default", stage, kind, 0.0)
     st = texture_coordinates(node, "texcoord", stage)

@@ -12,7 +12,7 @@ CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 
 
 def uv_texture(node: Node, output: str, stage: Stage) -> Value | None:
-    network, file = node.network, node.file("file")
+    network, file = node.network, node.picture("file", stage)
     writer = network.writer
     if not file:
         numbers = tuple(node.numbers("fallback", (0, 0, 0, 1)))
@@ -45,7 +45,8 @@ def primvar_reader(kind: str) -> Evaluate:
         if not name:
             node.network.say("warning", f"{node}: it names no primvar")
             return None
-        return node.network.writer.primvar(name, kind, node.fallback("fallback"))
+        given = node.text("fallback") if kind == "string" else node.fallback("fallback", kind)
+        return node.network.writer.primvar(name, kind, given)
 
     return read
 
@@ -80,6 +81,8 @@ NODES = {
     "UsdPrimvarReader_vector": primvar_reader("vector"),
     "UsdPrimvarReader_normal": primvar_reader("vector"),
     "UsdPrimvarReader_point": primvar_reader("vector"),
+    "UsdPrimvarReader_string": primvar_reader("string"),
+    "UsdPrimvarReader_matrix": primvar_reader("matrix44"),
 }
 
 

@@ -36,8 +36,8 @@ def solid(shapes: Shapes, item: Item, sizes: dict[str, int] | None = None) -> di
                 item.path,
             )
         if storage == "constant" or sizes is None:
-            row = values[0].tolist()
-            numbers[rest] = row[0] if len(row) == 1 else tuple(row)
+            row = values[0] if isinstance(values[0], str) else values[0].tolist()
+            numbers[rest] = row if isinstance(row, str) else row[0] if len(row) == 1 else tuple(row)
     looks = shapes.looks(item, made)
     shapes.own_values |= {name for name in made.primvars if f"primvars:{name}" in item.names}
     if numbers:

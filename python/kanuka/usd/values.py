@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from pxr import Usd, UsdShade
 
 from .stage import Say
@@ -43,3 +44,12 @@ def resolved(attribute: Usd.Attribute, time: Usd.TimeCode, folder, say: Say) -> 
         say("warning", f'{attribute.GetPath()}: the file "{asset.path}" is not found')
         return ""
     return folder.file_of(asset.resolvedPath)
+
+
+def as_numbers(value: object, most: int) -> np.ndarray | None:
+    """Of a number, a tuple or a matrix; None: it is none of them, has more, or is not finite."""
+    try:
+        found = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        return None
+    return found if 0 < found.size <= most and np.isfinite(found).all() else None
