@@ -6,7 +6,8 @@
 
 namespace kanuka {
 
-// x86-64-v4, which 16 lanes are built for. KANUKA_ISA=avx2 turns it off: pictures are the same, to the bit.
+// x86-64-v4, which some kernels are built for as well. KANUKA_ISA=avx2 turns it off: pictures are the same,
+// to the bit.
 inline bool has_avx512() {
     static const bool has = [] {
         const char* isa = std::getenv("KANUKA_ISA");
