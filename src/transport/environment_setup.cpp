@@ -36,15 +36,20 @@ void fill_map(SceneData& data, const LatLong& picture, const scene::Light& light
     map.height = picture.height;
     map.visible_camera = light.visible_camera;
     map.sets = light.lit_sets;
-    rgb = picture.rgb;
     const float tint[3] = {light.amount.x, light.amount.y, light.amount.z};
-    for (size_t i = 0; i < rgb.size(); i++) {
-        float& v = rgb[i];
-        v = std::isfinite(v) ? std::clamp(v * tint[i % 3], 0.0f, color::LargestRadiance) : 0.0f;
-    }
     const int w = map.width, h = map.height;
+    rgb.clear();
+    rgb.reserve(size_t(h) * (size_t(w) + 1) * 3 + 2);
+    for (int j = 0; j < h; j++)
+        for (int i = 0; i <= w; i++)
+            for (size_t c = 0; c < 3; c++) {
+                const float v = picture.rgb[3 * (size_t(j) * size_t(w) + size_t(i % w)) + c];
+                rgb.push_back(std::isfinite(v) ? std::clamp(v * tint[c], 0.0f, color::LargestRadiance)
+                                               : 0.0f);
+            }
+    rgb.resize(rgb.size() + 2);
     const auto weight = [&](int i, int j) {
-        const float* t = rgb.data() + 3 * (size_t(j) * size_t(w) + size_t(i));
+        const float* t = rgb.data() + 3 * (size_t(j) * (size_t(w) + 1) + size_t(i));
         return texel_weight(t[0], t[1], t[2]);
     };
     double sum = 0, all = 0;
@@ -66,7 +71,9 @@ void fill_map(SceneData& data, const LatLong& picture, const scene::Light& light
         [](int) { return 1.0; }, [&](int j) { return j == 0 || j == h ? 0.5 : 1.0; });
     if (cells.total > 0) {
         map.density = float(double(w) * h / (2 * double(Pi) * double(Pi) * cells.total));
-        map.cells = cells;
+        data.lights.map_rows = SearchGuide(cells.marginal, cells.rows);
+        data.lights.map_columns = SearchGuide(cells.conditional, cells.columns);
+        map.cells = {cells, data.lights.map_rows, data.lights.map_columns};
     }
     map.rgb = rgb;
     const Transform t = nearest_rotation((render_from_world * light.world_from_light).inverse());

@@ -135,16 +135,13 @@ struct MapTexels {
     Vec3<Float<W>> rgb[2][2]; // [row][column]
 
     MapTexels(const EnvironmentMap& map, const MapCell<W>& c) {
-        const Int<W> w(map.width), last(map.height - 1), zero(0);
-        const Int<W> next = c.column + Int<W>(1);
-        const Int<W> i[2] = {c.column, select(next >= w, zero, next)};
+        const Int<W> row(map.width + 1), last(map.height - 1), zero(0);
         const Int<W> j[2] = {max(c.row - Int<W>(1), zero), min(c.row, last)};
-        for (int b = 0; b < 2; b++)
-            for (int a = 0; a < 2; a++) {
-                const Int<W> at = (j[b] * w + i[a]) * Int<W>(3);
-                rgb[b][a] = {gather(map.rgb.data(), at), gather(map.rgb.data() + 1, at),
-                             gather(map.rgb.data() + 2, at)};
-            }
+        for (size_t b = 0; b < 2; b++) {
+            const auto both = load_rows<8>(map.rgb.data(), (j[b] * row + c.column) * Int<W>(3));
+            rgb[b][0] = {both[0], both[1], both[2]};
+            rgb[b][1] = {both[3], both[4], both[5]};
+        }
     }
     // What sampling weighs a place by: its light, as far as it is above the mean, and the sine of the
     // latitude.
@@ -187,9 +184,9 @@ void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>
                 const Float<W> l[Wavelengths], Mask<W> m) {
     const EnvironmentMap& map = scene.lights.map;
     const float *marginal = map.cells.marginal.data(), *conditional = map.cells.conditional.data();
-    const Int<W> j = search(marginal, Int<W>(0), Int<W>(map.cells.rows), u1);
+    const Int<W> j = search(map.cells.marginal_guide, marginal, Int<W>(0), Int<W>(0), u1);
     const Int<W> row = j * Int<W>(map.cells.columns + 1);
-    const Int<W> i = search(conditional, row, Int<W>(map.cells.columns), u0);
+    const Int<W> i = search(map.cells.conditional_guide, conditional, j, row, u0);
     MapCell<W> c(i, j, Float<W>(0.0f), Float<W>(0.0f));
     const MapTexels<W> texels(map, c);
     const BilinearCell<W> weights = texels.weights(map, c);

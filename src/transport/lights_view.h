@@ -51,7 +51,9 @@ struct PointLight {
 
 struct EnvironmentMap {
     int width = 0, height = 0;
-    std::span<const float> rgb;       // 3 a texel, rows from +z (theta = 0) down; bounded and finite
+    // 3 a texel, rows from +z (theta = 0) down; bounded and finite. Each row ends with its first texel, and
+    // two values follow the last: lanes read two texels side by side as eight values.
+    std::span<const float> rgb;
     PictureCellsView cells;           // of what is above the mean; no rows = nothing is
     float mean = 0, density = 0;      // of weights over the sphere; see map_pdf()
     float environment_from_render[9]; // rows

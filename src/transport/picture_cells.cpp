@@ -1,5 +1,8 @@
 #include "transport/picture_cells.h"
 
+#include <algorithm>
+#include <bit>
+
 namespace kanuka::transport {
 
 PictureCells make_picture_cells(int columns, int rows, const std::function<double(int, int)>& corner,
@@ -35,6 +38,23 @@ PictureCells make_picture_cells(int columns, int rows, const std::function<doubl
         cells.marginal[j + 1] = float(cells.total > 0 ? sum / cells.total : double(j + 1) / rows);
     }
     return cells;
+}
+
+// A quarter as many shares as steps: of as many, still lifes take the same time.
+SearchGuide::SearchGuide(std::span<const float> tables, int steps)
+    : shares(int(std::bit_floor(unsigned(std::max(steps / 4, 1))))) {
+    const size_t values = size_t(steps) + 1, count = tables.size() / values;
+    found.reserve(count * (size_t(shares) + 1));
+    for (size_t t = 0; t < count; t++) {
+        const std::span<const float> table = tables.subspan(t * values, values);
+        int32_t i = 0;
+        for (int k = 0; k <= shares; k++) {
+            const float u = float(k) / float(shares);
+            while (i + 1 < steps && table[size_t(i) + 1] <= u)
+                i++;
+            found.push_back(i);
+        }
+    }
 }
 
 } // namespace kanuka::transport

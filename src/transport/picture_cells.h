@@ -19,14 +19,36 @@ struct PictureCells {
     double total = 0;                         // integral of the weight, in texels
     std::vector<float> marginal, conditional; // cumulative: rows + 1; rows * (columns + 1)
 };
+
+// Where search() in cumulative tables begins (Chen and Asau 1974, On Generating Random Variates from an
+// Empirical Distribution): entry k of a table's is what it finds for u = k / shares. So it looks between
+// entry k and the next one, which are mostly close, whatever the size of the table.
+struct SearchGuide {
+    int shares = 0;             // a power of two: products with it are exact
+    std::vector<int32_t> found; // shares + 1 a table
+
+    SearchGuide() = default;
+    // Of tables of `steps` + 1 values, one after the other.
+    SearchGuide(std::span<const float> tables, int steps);
+};
+struct SearchGuideView {
+    int shares = 0;
+    std::span<const int32_t> found;
+
+    SearchGuideView() = default;
+    SearchGuideView(const SearchGuide& guide) : shares(guide.shares), found(guide.found) {}
+};
+
 struct PictureCellsView {
     int columns = 0, rows = 0;
     std::span<const float> marginal, conditional;
+    SearchGuideView marginal_guide, conditional_guide;
 
     PictureCellsView() = default;
-    PictureCellsView(const PictureCells& cells)
-        : columns(cells.columns), rows(cells.rows), marginal(cells.marginal), conditional(cells.conditional) {
-    }
+    PictureCellsView(const PictureCells& cells, const SearchGuide& marginal_guide,
+                     const SearchGuide& conditional_guide)
+        : columns(cells.columns), rows(cells.rows), marginal(cells.marginal), conditional(cells.conditional),
+          marginal_guide(marginal_guide), conditional_guide(conditional_guide) {}
 };
 PictureCells make_picture_cells(int columns, int rows, const std::function<double(int, int)>& corner,
                                 const std::function<double(int)>& width,
@@ -60,6 +82,16 @@ Int<W> search(const float* table, Int<W> base, Int<W> count, Float<W> u) {
         size = max(select(right, size - half, half), Int<W>(1));
     }
     return lo;
+}
+
+// The same in the whole of the table with this number of those that the guide has been made of; base: where
+// it begins. u: in [0, 1).
+template <int W>
+Int<W> search(const SearchGuideView& guide, const float* tables, Int<W> number, Int<W> base, Float<W> u) {
+    const Int<W> share = min(to_int(u * Float<W>(float(guide.shares))), Int<W>(guide.shares - 1)),
+                 at = number * Int<W>(guide.shares + 1) + share;
+    const Int<W> first = gather(guide.found.data(), at), last = gather(guide.found.data() + 1, at);
+    return first + search(tables, base + first, last - first + Int<W>(1), u);
 }
 
 // Where u lies in step `at` of a cumulative table, which rises there.

@@ -1,5 +1,6 @@
 // Pictures as densities: directions by a sky's picture, places by a quad's, against their integrals and
 // counts; and how little their estimates vary.
+#include <algorithm>
 #include <random>
 
 #include "transport/light_hits.h"
@@ -57,6 +58,44 @@ Rgb sun_of(float radius, int i, int j) { // about texel (20, 13) of 64 by 32
 }
 
 } // namespace
+
+// Against the standard library's search, where tables rise, stand still and jump.
+TEST(SearchGuide, FindsWhatTheTablesSay) {
+    std::mt19937 g(7);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    constexpr int Tables = 3;
+    for (int steps : {1, 2, 3, 7, 64, 257, 1000}) {
+        std::vector<float> tables;
+        for (int t = 0; t < Tables; t++) {
+            std::vector<double> sums{0};
+            for (int i = 0; i < steps; i++) // of the second table one step has nearly all
+                sums.push_back(sums.back() + (t == 1                       ? i == steps / 3 ? 1e6 : 1.0
+                                              : uniform(g) < 0.7f && i > 0 ? 0.0
+                                                                           : double(uniform(g)) + 0.01));
+            for (double sum : sums)
+                tables.push_back(float(sum / sums.back()));
+        }
+        const SearchGuide guide(tables, steps);
+        std::vector<float> asked = tables;
+        for (int k = 0; k < 2000; k++)
+            asked.push_back(uniform(g));
+        for (int k = 0; k < guide.shares; k++)
+            asked.push_back(float(k) / float(guide.shares));
+        for (float value : asked) {
+            const float u = std::min(value, 0x1.fffffep-1f);
+            Int<8> number;
+            for (int k = 0; k < 8; k++)
+                number.v[k] = k % Tables;
+            const Int<8> found = search(SearchGuideView(guide), tables.data(), number,
+                                        number * Int<8>(steps + 1), Float<8>(u));
+            for (int k = 0; k < Tables; k++) {
+                const auto first = tables.begin() + k * (steps + 1);
+                ASSERT_EQ(found[k], std::upper_bound(first, first + steps, u) - first - 1)
+                    << steps << " steps, table " << k << ", u " << u;
+            }
+        }
+    }
+}
 
 // One sample of a sun's irradiance, of radii in texels: the variance over the mean squared.
 TEST(SkyDensity, SmallSunsHardlyVary) {

@@ -55,6 +55,7 @@ struct LightsData {
     std::vector<PointLight> point_lights;
     std::vector<float> map_rgb;
     PictureCells map_cells;
+    SearchGuide map_rows, map_columns;
     LightTree tree, hittable_tree;
     std::vector<int32_t> hittable, suns, fog_lamps;
     struct {
