@@ -11,8 +11,8 @@ namespace kanuka::hierarchy {
 
 namespace {
 
-constexpr int Widest = 255;        // planes from the node's origin
-constexpr int64_t Reach = 1 << 23; // of origins, in steps of the node
+constexpr int Widest = 255;                 // planes from the node's origin
+constexpr int64_t FurthestOrigin = 1 << 23; // of origins, in steps of the node
 
 struct Axis {
     int64_t origin;
@@ -25,7 +25,7 @@ Axis fit_axis(float lo, float hi) {
     for (;; e++) {
         const double per_step = double_power_of_two(-e);
         const double origin = std::floor(double(lo) * per_step), last = std::ceil(double(hi) * per_step);
-        if (origin >= -double(Reach) && origin < double(Reach) && last - origin <= Widest)
+        if (origin >= -double(FurthestOrigin) && origin < double(FurthestOrigin) && last - origin <= Widest)
             return {int64_t(origin), e};
     }
 }
@@ -160,15 +160,21 @@ NodeTree make_nodes(const SplitTree& tree, size_t nodes_at) {
     return Collapse(tree, std::move(numbers), nodes_at).run();
 }
 
+Bounds3f box_of_child(const Node& node, int child) {
+    Bounds3f box;
+    for (int a = 0; a < 3; a++) {
+        const double step = double_power_of_two((node.frame[a] & 255) - 127), origin = node.frame[a] >> 8;
+        box.lo[a] = float((origin + node.plane[a][0][child]) * step); // exact
+        box.hi[a] = float((origin + node.plane[a][1][child]) * step);
+    }
+    return box;
+}
+
 Bounds3f bounds_at(const ChangingNode& root, int end) {
     const Node& node = end == 0 ? root.begin : root.end;
     Bounds3f all;
     for (int i = 0; i < Children::of(node.children).count; i++)
-        for (int a = 0; a < 3; a++) {
-            const double step = double_power_of_two((node.frame[a] & 255) - 127), origin = node.frame[a] >> 8;
-            all.lo[a] = std::min(all.lo[a], float((origin + node.plane[a][0][i]) * step));
-            all.hi[a] = std::max(all.hi[a], float((origin + node.plane[a][1][i]) * step));
-        }
+        all.extend(box_of_child(node, i));
     return all;
 }
 

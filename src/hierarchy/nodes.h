@@ -49,6 +49,7 @@ struct NodeTree {
 NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at, const BoxesAtEnds* at_ends = nullptr);
 // Where the splits that groups come from are made already: group i is the i-th leaf among the branches.
 NodeTree make_nodes(const SplitTree& tree, size_t nodes_at);
+Bounds3f box_of_child(const Node& node, int child);
 // What is in a page of such nodes as the interval begins, and as it ends: end 0 or 1.
 Bounds3f bounds_at(const ChangingNode& root, int end);
 

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "base/error.h"
 #include "base/tasks.h"
 #include "hierarchy/instances.h"
 #include "hierarchy/nodes.h"
+#include "hierarchy/reach.h"
 
 namespace kanuka::hierarchy {
 
@@ -158,12 +160,33 @@ LargeVector<Eight> eights_of(const SplitTree& tree, const Instances& instances, 
     return eights;
 }
 
+// How far pages reach that stand at many places, by their numbers.
+class Reaches {
+  public:
+    // `places`: how many each page has.
+    Reaches(std::span<const Page> pages, std::span<const size_t> places) : m_reach(pages.size()) {
+        tasks::parallel_for(pages.size(), [&](size_t p) {
+            if (places[p] >= Reach::FewestPlaces && kind_of(pages[p].header().root) == Kind::Nodes)
+                m_reach[p].emplace(pages[p]);
+        });
+    }
+    // Around what is in `box` in a page.
+    Bounds3f box(uint32_t page, const Transform& t, const Bounds3f& box) const {
+        const std::optional<Reach>& reach = m_reach[page];
+        return reach ? reach->box(t) : box_of(t, box);
+    }
+
+  private:
+    std::vector<std::optional<Reach>> m_reach;
+};
+
 // Of instances by their numbers: what stands at each, and how it is written.
 template <class PlacementOf>
 class Standing {
   public:
-    Standing(std::span<const Page> pages, Boxes& boxes, const PlacementOf& placement_of)
-        : m_pages(pages), m_boxes(boxes), m_placement_of(placement_of) {}
+    Standing(std::span<const Page> pages, const Reaches& reaches, Boxes& boxes,
+             const PlacementOf& placement_of)
+        : m_pages(pages), m_reaches(reaches), m_boxes(boxes), m_placement_of(placement_of) {}
 
     enum class State : uint8_t { Nothing, LeftOut, Stands }; // Nothing: of an empty page
     State state(size_t i, Bounds3f& box) const {
@@ -186,7 +209,7 @@ class Standing {
         } else {
             InstanceLeaf leaf;
             if (!p.stays)
-                box = box_of(p.world_from_page, box);
+                box = m_reaches.box(p.page, p.world_from_page, box);
             stands = make_leaf(p, uint32_t(i), leaf) && is_somewhere(box.lo) && is_somewhere(box.hi);
         }
         return stands ? State::Stands : State::LeftOut;
@@ -198,6 +221,7 @@ class Standing {
 
   private:
     std::span<const Page> m_pages;
+    const Reaches& m_reaches;
     Boxes& m_boxes;
     const PlacementOf& m_placement_of;
 };
@@ -290,8 +314,8 @@ PageMemory World::build(size_t count, const Instances& instances) {
 }
 
 template <class PlacementOf>
-uint32_t World::add_level(size_t count, int nesting, bool moves, const PlacementOf& placement_of,
-                          Level* before) {
+uint32_t World::add_level(size_t count, std::span<const size_t> places, int nesting, bool moves,
+                          const PlacementOf& placement_of, Level* before) {
     if (nesting > MostNesting)
         throw Error("instances lie " + std::to_string(nesting) + " deep in each other; at most " +
                     std::to_string(MostNesting) + " can be traced");
@@ -299,7 +323,8 @@ uint32_t World::add_level(size_t count, int nesting, bool moves, const Placement
     if (moves)
         boxes.measure(count, placement_of);
     m_moves |= moves;
-    const Standing standing(m_pages, boxes, placement_of);
+    const Reaches reaches(m_pages, places);
+    const Standing standing(m_pages, reaches, boxes, placement_of);
     if (before && before->count == count && refit(*before, standing)) {
         m_levels.push_back(std::move(*before));
         m_refitted++;
@@ -318,12 +343,14 @@ uint32_t World::add_level(size_t count, int nesting, bool moves, const Placement
 uint32_t World::add(std::span<const Placement> placements) {
     int nesting = 1;
     bool moves = false;
+    std::vector<size_t> places(m_pages.size());
     for (const Placement& p : placements) {
         nesting = std::max(nesting, nesting_of(p.page));
         moves |= p.path && p.path->moves();
+        places[p.page]++;
     }
     return add_level(
-        placements.size(), nesting, moves,
+        placements.size(), places, nesting, moves,
         [&](size_t i) {
             const Placement& p = placements[i];
             return p.path ? placed(p.page, *p.path) : Placed{p.world_from_page, p.page};
@@ -336,6 +363,7 @@ uint32_t World::add(std::span<const Placements> runs, Level* before) {
     std::vector<size_t> first; // instance of each run
     size_t count = 0;
     bool moves = false;
+    std::vector<size_t> places(m_pages.size());
     for (const Placements& run : runs) {
         nesting = std::max(nesting, nesting_of(run.page));
         moves |= run.intervals > 0 || std::ranges::any_of(run.paths, &MotionPath::moves);
@@ -344,9 +372,10 @@ uint32_t World::add(std::span<const Placements> runs, Level* before) {
         m_fades |= !run.seen.empty();
         first.push_back(count);
         count += run.size();
+        places[run.page] += run.size();
     }
     return add_level(
-        count, nesting, moves,
+        count, places, nesting, moves,
         [&](size_t i) {
             const size_t r = size_t(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1;
             const Placements& run = runs[r];

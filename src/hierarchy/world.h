@@ -60,7 +60,8 @@ class World {
 
   private:
     template <class PlacementOf>
-    uint32_t add_level(size_t count, int nesting, bool moves, const PlacementOf& placement_of, Level* before);
+    uint32_t add_level(size_t count, std::span<const size_t> places, int nesting, bool moves,
+                       const PlacementOf& placement_of, Level* before); // `places`: of each page
     template <class Instances>
     PageMemory build(size_t count, const Instances& instances);
     int nesting_of(uint32_t page) const; // of a level that it stands in
