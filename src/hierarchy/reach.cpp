@@ -36,10 +36,10 @@ Reach::Reach(const Page& page) {
     m_most = 0;
     for (int face = 0; face < 6; face++)
         for (int at = 0; at < Face; at++) {
-            const int a = face / 2, b = (a + 1) % 3, c = (a + 2) % 3;
+            const int a = face / 2, b = (a + 1) % 3, c = (a + 2) % 3, column = at % Row, row = at / Row;
             double d[3];
             d[a] = face % 2 == 0 ? -1 : 1;
-            d[b] = 2.0 * (at % Row) / Steps - 1, d[c] = 2.0 * (at / Row) / Steps - 1;
+            d[b] = 2.0 * column / Steps - 1, d[c] = 2.0 * row / Steps - 1;
             double most = 0;
             for (const Bounds3f& box : boxes) {
                 double reach = 0;
