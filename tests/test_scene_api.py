@@ -56,6 +56,7 @@ def test_other_types_and_layouts_are_converted() -> None:
         ((POINTS, QUAD), {"transform": np.eye(3)}, "transform: expected a 4x4 or 3x4"),
         ((POINTS, QUAD), {"area_light": (1, 2)}, "area_light: expected three numbers"),
         ((POINTS, QUAD), {"uv": np.zeros((4, 3))}, "does not hold values of type float"),
+        ((POINTS, QUAD), {"primvars": {"matrix m": np.zeros((4, 5))}}, "does not hold values of type matrix"),
     ],
 )
 def test_errors_say_what_was_found(arguments: tuple, keywords: dict, words: str) -> None:

@@ -76,7 +76,7 @@ std::string_view text_of(nb::handle value, const std::string& key) {
     return {text, size_t(size)};
 }
 
-// As RenderMan has it: for vectors that are rows.
+// As RenderMan has it: for vectors that are rows. Of whole matrices.
 scene::Buffer<float> transposed(const scene::Buffer<float>& matrices) {
     std::vector<float> rows(matrices.size());
     for (size_t i = 0; i < rows.size(); i++)
@@ -180,12 +180,10 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
         return columns == 3 ? Type::Color : columns == 16 ? Type::Matrix : Type::Float;
     };
     result.type = declared.type.value_or(guess());
-    if (result.type == Type::Matrix) {
+    if (result.type == Type::Matrix && array.shape == std::vector<size_t>{4, 4}) {
         result.floats = transposed(array.buffer);
-        if (array.shape == std::vector<size_t>{4, 4}) {
-            result.detail = Detail::Constant;
-            return result;
-        }
+        result.detail = Detail::Constant;
+        return result;
     }
     // A bare list of three numbers is one color (or point, …), unless there are three vertices and it says
     // nothing.
@@ -205,6 +203,8 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
                                " does not hold values of type " + std::string(scene::name(result.type)) +
                                (result.array_size > 1 ? "[" + std::to_string(result.array_size) + "]" : ""))
                                   .c_str());
+    if (result.type == Type::Matrix)
+        result.floats = transposed(array.buffer);
     std::string expected;
     for (const DetailCount& c : counts) {
         if (rows == c.count && declared.detail.value_or(c.detail) == c.detail) {
