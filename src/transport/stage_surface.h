@@ -169,7 +169,7 @@ class SurfaceStage : public SurfaceLight<W> {
         M paired(false);
         if (m_pairs_sky) {
             search_sky(at, u_lobe, u0, u1, active);
-            paired = !s.delta & M(m_pair_weight < 1);
+            paired = M(m_pair_weight < 1) & !s.delta;
         }
         roulette.play(throughput, next_ratios, m);
         m &= !(bsdf::mean(throughput) <= F(0.0f));
