@@ -28,15 +28,18 @@ struct Places {
     size_t size() const { return which.empty() ? matrices.size() / 12 : which.size(); }
     size_t number(size_t i) const { return which.empty() ? i : which[i]; }
     bool empty() const { return size() == 0; }
-    void prefetch(size_t i) const {
-        const float* const m = matrices.data() + 12 * number(i);
+    void prefetch(size_t i) const { prefetch_matrix(number(i)); }
+    void prefetch_matrix(size_t number) const {
+        const float* const m = matrices.data() + 12 * number;
         __builtin_prefetch(m);
         __builtin_prefetch(m + 11); // on the next line, one time in two
     }
-    // Summed in double, since what one translation takes away the next often adds again.
-    std::array<float, 12> operator[](size_t i) const {
+    std::array<float, 12> operator[](size_t i) const { return matrix(number(i)); }
+    // By its number among the matrices. Summed in double, since what one translation takes away the next
+    // often adds again.
+    std::array<float, 12> matrix(size_t number) const {
         std::array<float, 12> m;
-        std::copy_n(matrices.data() + 12 * number(i), 12, m.begin());
+        std::copy_n(matrices.data() + 12 * number, 12, m.begin());
         for (size_t r = 0; r < 3; r++) {
             float* const row = m.data() + 4 * r;
             double moved = double(row[3]) + outer[r];

@@ -82,8 +82,8 @@ void trace_by(const hierarchy::World& world, uint32_t root, const Rays& rays, Fi
     if (world.nesting(root) == 0)
         RayQueue<8, Asked, Filter>(page, rays.rays, filter).run(done);
     else
-        RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(page, rays.rays, filter, world.pages(),
-                                                               rays.times, rays.levels)
+        RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(world, root, rays.rays, filter, rays.times,
+                                                               rays.levels)
             .run(done);
 }
 

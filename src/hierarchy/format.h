@@ -28,7 +28,6 @@ enum class Kind : uint32_t {
     Count,            // of kinds that pages of files have
     Instance = Count, // a place of another page (instances.h): levels of them are made in memory
     Moving,           // likewise, where some of a node's eight move
-    Met,              // of stacks alone: such a place whose box the ray has met
     Changing,         // ChangingNode, of pages of shapes that change
     End               // of stacks alone: nothing is left to look at in the page
 };
@@ -181,7 +180,7 @@ struct FibreFloat {
 static_assert(sizeof(FibreFloat) == 240);
 
 // Units from a child to the next, by kind.
-inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 4, 8, 0, 8, 0};
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 1, 6, 8};
 inline uint32_t Children::stride(uint32_t ends) const {
     return UnitsOf[uint32_t(kind)] * (kind == Kind::Changing ? 1 : ends);
 }

@@ -54,6 +54,38 @@ TEST(Instances, WavesHideThemselves) {
     }
 }
 
+// Matrices are read as they lie in the scene: rays are made for the place that whoever shades the hit has.
+TEST(Instances, RaysAreMadeForThePlacesThatTheSceneHas) {
+    Random random(31);
+    std::vector<float> matrices;
+    for (int i = 0; i < 200; i++) {
+        const Transform t = at_random(random, 1e5f, 0.3, i % 2 == 1);
+        for (size_t k = 0; k < 12; k++)
+            matrices.push_back(float(t.m[k / 4][k % 4]));
+    }
+    const Places places(matrices, {-1e5, 3, 0.25}, Vec3f(2, -7, 1e3f));
+    for (size_t i = 0; i < places.size(); i++) {
+        const std::array<float, 12> rows = places[i];
+        const Ray ray{random.in_box(1e5f), 0.5f, random.direction(), 7};
+        const Ray by_place = PageFromWorld(places, i).inner(ray, 5),
+                  by_rows = PageFromWorld(rows.data()).inner(ray, 5);
+        EXPECT_EQ(0, std::memcmp(&by_place, &by_rows, sizeof by_rows)) << i; // to the bit
+        EXPECT_EQ(by_place.t_min, 0.5f);
+        EXPECT_EQ(by_place.t_max, 5);
+        // Back in the world it is what it was, but for the rounding of the ray.
+        for (size_t r = 0; r < 3; r++) {
+            const float* const row = rows.data() + 4 * r;
+            double o = double(row[3]), d = 0, size = std::abs(o);
+            for (int k = 0; k < 3; k++) {
+                o += double(row[k]) * double(by_place.o[k]), d += double(row[k]) * double(by_place.d[k]);
+                size += std::abs(double(row[k]) * double(by_place.o[k]));
+            }
+            EXPECT_NEAR(o, double(ray.o[int(r)]), 0x1p-24 * size) << i;
+            EXPECT_NEAR(d, double(ray.d[int(r)]), 4 * 0x1p-24) << i;
+        }
+    }
+}
+
 TEST(Instances, LieInInstances) {
     Scene scene;
     const uint32_t ball = scene.add(a_ball());

@@ -7,6 +7,7 @@
 
 #include "base/level_range.h"
 #include "base/motion.h"
+#include "base/places.h"
 #include "hierarchy/page.h"
 #include "hierarchy/ray.h"
 
@@ -15,70 +16,83 @@ namespace kanuka::hierarchy {
 // How deep instances may lie in instances.
 inline constexpr int MostNesting = 17;
 
-struct InstanceLeaf {
-    float page_from_world[9]; // the linear part, column by column; of a level inside, "world" is the page
-                              // that it stands in
-    float origin[3]; // of the page, in the world: taken off first, so that places far away keep their digits
-    uint32_t page;   // number of what stands there
-    uint32_t number; // of the instance in its level
-    uint16_t stays;  // 1: the page lies in the level as it is, and rays are not made anew. What changes there
-                     // has a page for each interval of time, this one and those that follow
-    uint16_t times;  // that its boxes are of, where it moves; 0: it stands still
-    LevelRange seen; // by which rays
-
-    // False where floats do not hold the way to the page.
-    bool stand_at(const Transform& world_from_page);
-    // The ray as it runs in the page, to `t_max`; distances are the same. Sums are taken in double, rounded
-    // once.
+// The way into a page from where it stands, by which rays are made anew for it. Doubles: what is rounded is
+// the ray, once.
+class PageFromWorld {
+  public:
+    // Of the place that has this number among the matrices: the same floats as Places::matrix().
+    [[gnu::always_inline]] PageFromWorld(const Places& places, size_t number) {
+        const float* const m = places.matrices.data() + 12 * number;
+        __m128 a = _mm_loadu_ps(m), b = _mm_loadu_ps(m + 4), c = _mm_loadu_ps(m + 8), d = _mm_setzero_ps();
+        set(_mm256_cvtps_pd(a), _mm256_cvtps_pd(b), _mm256_cvtps_pd(c));
+        _MM_TRANSPOSE4_PS(a, b, c, d);
+        __m256d at =
+            _mm256_add_pd(_mm256_cvtps_pd(d), _mm256_loadu_pd(places.outer.data())); // fourth: nothing
+        const auto add = [&](__m128 column, float by) {
+            at = _mm256_add_pd(at, _mm256_mul_pd(_mm256_cvtps_pd(column), _mm256_set1_pd(double(by))));
+        };
+        add(a, places.inner.x), add(b, places.inner.y), add(c, places.inner.z);
+        m_origin = _mm256_cvtps_pd(_mm256_cvtpd_ps(at));
+    }
+    // By a matrix, row-major 3x4.
+    explicit PageFromWorld(const float* m) : PageFromWorld(Places(std::span(m, 12)), 0) {}
+    // False where floats do not hold it.
+    bool is_held() const {
+        const __m256d limit = _mm256_set1_pd(double(LargestCoordinate)), sign = _mm256_set1_pd(-0.0);
+        int held = 7;
+        for (const __m256d column : {m_x, m_y, m_z})
+            held &= _mm256_movemask_pd(
+                _mm256_cmp_pd(_mm256_andnot_pd(sign, _mm256_mul_pd(column, m_per)), limit, _CMP_LT_OQ));
+        return held == 7;
+    }
+    // The ray as it runs in the page, to `t_max`; distances are the same. The origin is taken off first, so
+    // that places far away keep their digits.
     [[gnu::always_inline]] Ray inner(const Ray& r, float t_max) const {
         const auto doubles = [](const float* at) { return _mm256_cvtps_pd(_mm_loadu_ps(at)); };
-        const __m256d x = doubles(page_from_world), y = doubles(page_from_world + 3),
-                      z = doubles(page_from_world + 6);
         const auto turned = [&](__m256d v) {
-            __m256d sum = _mm256_mul_pd(z, _mm256_permute4x64_pd(v, 0xaa));
-            sum = _mm256_fmadd_pd(y, _mm256_permute4x64_pd(v, 0x55), sum);
-            return _mm256_cvtpd_ps(_mm256_fmadd_pd(x, _mm256_permute4x64_pd(v, 0x00), sum));
+            __m256d sum = _mm256_mul_pd(m_z, _mm256_permute4x64_pd(v, 0xaa));
+            sum = _mm256_fmadd_pd(m_y, _mm256_permute4x64_pd(v, 0x55), sum);
+            sum = _mm256_fmadd_pd(m_x, _mm256_permute4x64_pd(v, 0x00), sum);
+            return _mm256_cvtpd_ps(_mm256_mul_pd(sum, m_per));
         };
         // Fourth lanes: of origins the least distance, of directions the largest.
-        const __m256d from = _mm256_blend_pd(doubles(origin), _mm256_setzero_pd(), 0b1000); // no number there
-        const __m128 o = turned(_mm256_sub_pd(doubles(&r.o.x), from)), d = turned(doubles(&r.d.x));
+        const __m128 o = turned(_mm256_sub_pd(doubles(&r.o.x), m_origin)), d = turned(doubles(&r.d.x));
         Ray out;
         _mm_storeu_ps(&out.o.x, _mm_blend_ps(o, _mm_loadu_ps(&r.o.x), 0b1000));
         _mm_storeu_ps(&out.d.x, _mm_blend_ps(d, _mm_set1_ps(t_max), 0b1000));
         return out;
     }
-};
-static_assert(sizeof(InstanceLeaf) == 64);
-static_assert(UnitsOf[int(Kind::Instance)] * UnitBytes == sizeof(InstanceLeaf));
 
-// The adjugate by the determinant: its columns are cross products of rows.
-inline bool InstanceLeaf::stand_at(const Transform& t) {
-    const auto row = [&](size_t r) { return _mm256_loadu_pd(t.m[r].data()); };
-    const auto next = [](__m256d v) { return _mm256_permute4x64_pd(v, _MM_SHUFFLE(3, 0, 2, 1)); };
-    const auto last = [](__m256d v) { return _mm256_permute4x64_pd(v, _MM_SHUFFLE(3, 1, 0, 2)); };
-    const auto cross = [&](__m256d a, __m256d b) {
-        return _mm256_sub_pd(_mm256_mul_pd(next(a), last(b)), _mm256_mul_pd(last(a), next(b)));
-    };
-    const __m256d x = row(0), y = row(1), z = row(2), yz = cross(y, z);
-    alignas(32) double terms[4];
-    _mm256_store_pd(terms, _mm256_mul_pd(x, yz));
-    const __m256d per = _mm256_set1_pd(1 / (terms[0] + terms[1] + terms[2])),
-                  limit = _mm256_set1_pd(double(LargestCoordinate)), sign = _mm256_set1_pd(-0.0);
-    int held = 7;
-    const auto put = [&](int column, __m256d v) { // writes beyond it: one by one in order
-        v = _mm256_mul_pd(v, per);
-        held &= _mm256_movemask_pd(_mm256_cmp_pd(_mm256_andnot_pd(sign, v), limit, _CMP_LT_OQ));
-        _mm_storeu_ps(page_from_world + 3 * column, _mm256_cvtpd_ps(v));
-    };
-    put(0, yz), put(1, cross(z, x));
-    alignas(16) float third[4];
-    const __m256d xy = _mm256_mul_pd(cross(x, y), per);
-    held &= _mm256_movemask_pd(_mm256_cmp_pd(_mm256_andnot_pd(sign, xy), limit, _CMP_LT_OQ));
-    _mm_store_ps(third, _mm256_cvtpd_ps(xy));
-    for (size_t a = 0; a < 3; a++)
-        page_from_world[6 + a] = third[a], origin[a] = float(t.m[a][3]);
-    return held == 7;
-}
+  private:
+    // The adjugate by the determinant: its columns are cross products of rows.
+    [[gnu::always_inline]] void set(__m256d u, __m256d v, __m256d w) {
+        const auto next = [](__m256d r) { return _mm256_permute4x64_pd(r, _MM_SHUFFLE(3, 0, 2, 1)); };
+        const auto last = [](__m256d r) { return _mm256_permute4x64_pd(r, _MM_SHUFFLE(3, 1, 0, 2)); };
+        const __m256d next_u = next(u), last_u = last(u), next_v = next(v), last_v = last(v),
+                      next_w = next(w), last_w = last(w);
+        m_x = _mm256_sub_pd(_mm256_mul_pd(next_v, last_w), _mm256_mul_pd(last_v, next_w));
+        m_y = _mm256_sub_pd(_mm256_mul_pd(next_w, last_u), _mm256_mul_pd(last_w, next_u));
+        m_z = _mm256_sub_pd(_mm256_mul_pd(next_u, last_v), _mm256_mul_pd(last_u, next_v));
+        const __m256d terms = _mm256_mul_pd(u, m_x);
+        const __m128d first = _mm256_castpd256_pd128(terms),
+                      sum = _mm_add_sd(_mm_add_sd(first, _mm_unpackhi_pd(first, first)),
+                                       _mm256_extractf128_pd(terms, 1));
+        m_per = _mm256_broadcastsd_pd(_mm_div_sd(_mm_set_sd(1), sum));
+    }
+
+    __m256d m_x, m_y, m_z, m_per; // columns of the adjugate; one over the determinant
+    __m256d m_origin;             // of the page, in the world
+};
+
+// Whose run tells the page, and where it stands: matrices are the scene's.
+struct InstanceLeaf {
+    uint32_t number; // of the instance in its level
+    uint32_t run;    // of the world's
+    uint32_t matrix; // of the run's
+    LevelRange seen; // by which rays
+};
+static_assert(sizeof(InstanceLeaf) == 16);
+static_assert(UnitsOf[int(Kind::Instance)] * UnitBytes == sizeof(InstanceLeaf));
 
 // A time of the shutter, as paths are asked for it.
 inline float shutter_time(float time) {
@@ -101,19 +115,22 @@ struct Interval {
 // A place that may move, or where shapes change: a ray has the box of its own time tested, and then the way
 // made for that.
 struct MovingLeaf {
-    InstanceLeaf place;     // where it moves: numbers alone
+    InstanceLeaf place;
+    uint32_t times; // that its boxes are of, where it moves or changes; 0: it stands still
+    uint32_t unused;
     const MotionPath* path; // null: what lies there changes
-    const Bounds3f* boxes;  // at place.times even times; moving things lie within what is interpolated.
+    const Bounds3f* boxes;  // at so many even times; moving things lie within what is interpolated.
     Bounds3f first, second; // Where these two are all they lie here, and not beyond another miss of caches.
+    uint64_t more_unused;
 
-    bool stands_still() const { return place.times == 0; }
+    bool stands_still() const { return times == 0; }
     bool changes() const { return !path; } // if it does not stand still
     bool is_met_by(const TracedRay& ray, float time) const {
         const Bounds3f *from = &first, *to = &second;
         float f = time;
-        if (place.times > 2) {
-            const double x = double(time) * (place.times - 1); // exact
-            const uint32_t step = std::min(uint32_t(x), place.times - 2u);
+        if (times > 2) {
+            const double x = double(time) * (times - 1); // exact
+            const uint32_t step = std::min(uint32_t(x), times - 2u);
             from = boxes + step, to = from + 1, f = float(x - step);
         }
         const __m128 lo = between(_mm_loadu_ps(&from->lo.x), _mm_loadu_ps(&to->lo.x), f); // fourth: nothing
@@ -135,16 +152,10 @@ struct MovingLeaf {
             _mm_prefetch(reinterpret_cast<const char*>(path) + byte, _MM_HINT_T0);
     }
     // Where it is then, by the floats that whoever shades the hit has. False: no ray can be taken there.
-    bool stand(float time, InstanceLeaf& leaf) const {
-        Transform t;
-        path->at(double(time), t);
-        for (size_t r = 0; r < 3; r++) {
-            double* const row = t.m[r].data();
-            _mm256_storeu_pd(row, _mm256_cvtps_pd(_mm256_cvtpd_ps(_mm256_loadu_pd(row))));
-        }
-        leaf.page = place.page, leaf.number = place.number, leaf.stays = leaf.times = 0;
-        leaf.seen = place.seen;
-        return leaf.stand_at(t);
+    PageFromWorld way(float time) const {
+        float rows[12];
+        path->at(double(time), rows);
+        return PageFromWorld(rows);
     }
 
   private:
@@ -152,7 +163,7 @@ struct MovingLeaf {
         return _mm_fmadd_ps(_mm_sub_ps(b, a), _mm_set1_ps(f), a);
     }
 };
-static_assert(sizeof(MovingLeaf) == 128);
+static_assert(sizeof(MovingLeaf) == 96);
 static_assert(UnitsOf[int(Kind::Moving)] * UnitBytes == sizeof(MovingLeaf));
 
 // Which instances a hit lies in, the outermost first, by their numbers in their levels.

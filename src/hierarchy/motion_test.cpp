@@ -139,11 +139,13 @@ void trace_by_one_lane(const Scene& scene, uint32_t page, const Ray& ray, float 
     }
     for (uint32_t i = 0; i < scene.placements[page].size(); i++) {
         const Placement p = standing(scene.placements[page][i], time);
-        InstanceLeaf leaf{};
         InstancePath inner = path;
         inner.instance[inner.depth++] = i;
-        if (leaf.stand_at(p.world_from_page))
-            trace_by_one_lane(scene, p.page, leaf.inner(ray, ray.t_max), time, inner, best);
+        std::array<float, 12> rows;
+        for (size_t k = 0; k < 12; k++)
+            rows[k] = float(p.world_from_page.m[k / 4][k % 4]);
+        if (const PageFromWorld way(rows.data()); way.is_held())
+            trace_by_one_lane(scene, p.page, way.inner(ray, ray.t_max), time, inner, best);
     }
 }
 

@@ -2,6 +2,7 @@
 //
 //     rays ──► slots ──┬─► those whose next is a node ──► test of eight boxes ──► stack ──┐
 //               ▲      ├─► those whose next is a leaf ──► test of its triangles ──────────┤
+//               │      ├─► those at a place of a page ──► its matrix is fetched ──► in ───┤
 //               │      └─► those at the end of a page ──► back to the page around it ─────┤
 //               └──────────────────── done: the next ray ◄────────────────────────────────┘
 //
@@ -35,11 +36,14 @@ class RayQueue {
   public:
     static constexpr int Slots = 16;
 
-    // `pages`: what instances stand for, by number; `times` of the shutter, by ray: none = all begin with it;
-    // `levels` of detail that rays see: none = all see all.
-    RayQueue(const Page& root, std::span<const Ray> rays, Filter& filter, std::span<const Page> pages = {},
+    RayQueue(const Page& page, std::span<const Ray> rays, Filter& filter)
+        : m_root(page), m_rays(rays), m_filter(filter) {}
+    // `times` of the shutter, by ray: none = all begin with it; `levels` of detail that rays see: none = all
+    // see all.
+    RayQueue(const World& world, uint32_t root, std::span<const Ray> rays, Filter& filter,
              std::span<const float> times = {}, std::span<const float> levels = {})
-        : m_root(root), m_pages(pages), m_rays(rays), m_times(times), m_levels(levels), m_filter(filter) {}
+        : m_root(world.page(root)), m_pages(world.pages()), m_runs(world.runs()), m_rays(rays),
+          m_times(times), m_levels(levels), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each, in the order in which they end. Of Query::Any the hit is
     // any. What runs side by side goes together, where no instances are.
@@ -82,8 +86,16 @@ class RayQueue {
             }
             if constexpr (Levels > 1) {
                 meet_nodes<ChangingNode>(now->of(Waiting::ChangingNode), *then);
-                for (Slot* s : now->of(Waiting::Place)) {
-                    meet_place(*s, s->stack.pop());
+                for (Slot* s : now->of(Waiting::Instance))
+                    meet_instance(*s, *then);
+                for (Slot* s : now->of(Waiting::InstanceFetched)) {
+                    enter_instance(*s, s->stack.pop());
+                    wait(*then, *s);
+                }
+                for (Slot* s : now->of(Waiting::Moving))
+                    meet_moving(*s, *then);
+                for (Slot* s : now->of(Waiting::MovingFetched)) {
+                    enter_moving(*s, s->stack.pop());
                     wait(*then, *s);
                 }
             }
@@ -155,38 +167,65 @@ class RayQueue {
     }
 
     float time_of(const Slot& s) const { return m_times.empty() ? 0 : shutter_time(m_times[s.number]); }
-    // What stands at a place, or moves or changes there.
-    void meet_place(Slot& s, Ref leaf) {
-        const Page& page = s.in->page;
-        if (kind_of(leaf) == Kind::Instance)
-            return enter(s, page.at<InstanceLeaf>(leaf));
-        const MovingLeaf& moving = page.at<MovingLeaf>(leaf);
-        if (moving.stands_still())
-            return enter(s, moving.place);
-        const float time = time_of(s);
-        if (kind_of(leaf) == Kind::Moving) { // other rays go on while memory brings the path
-            if (!moving.is_met_by(s.in->traced, time))
-                return;
-            if (moving.changes())
-                return enter_interval(s, moving.place, time);
-            moving.fetch_path();
-            return s.stack.put_back(make_ref(Kind::Met, byte_of(leaf)));
+    // What stands at a place. Its matrix is fetched before: other rays go on meanwhile.
+    void meet_instance(Slot& s, Waiting& then) {
+        const InstanceLeaf& place = s.in->page.template at<InstanceLeaf>(s.stack.top());
+        if (sees(s, place))
+            return reach_instance(s, place, then);
+        s.stack.pop();
+        wait(then, s);
+    }
+    void reach_instance(Slot& s, const InstanceLeaf& place, Waiting& then) {
+        const Placements& run = m_runs[place.run];
+        if (!run.stays()) {
+            run.world_from_page.prefetch_matrix(place.matrix);
+            return then.add(s, Waiting::InstanceFetched);
         }
-        InstanceLeaf place;
-        if (moving.stand(time, place))
-            enter(s, place);
+        s.stack.pop();
+        s.enter(place.number, m_pages[run.page]);
+        wait(then, s);
     }
-    void enter(Slot& s, const InstanceLeaf& place, float fraction = 0) {
-        if (!m_levels.empty() && !place.seen.holds(m_levels[s.number]))
-            return;
-        s.enter(place, m_pages[place.page], fraction); // not empty, and not too deep: World::add()
+    void enter_instance(Slot& s, Ref leaf) {
+        const InstanceLeaf& place =
+            s.in->page.template at<InstanceLeaf>(leaf); // a moving leaf begins with one
+        const Placements& run = m_runs[place.run];
+        const PageFromWorld way(run.world_from_page, place.matrix);
+        // World::add() has seen to it that the page is not empty, and not too deep.
+        s.enter(place.number, way.inner(s.in->ray, s.in->traced.t_max), m_pages[run.page]);
     }
-    void enter_interval(Slot& s, const InstanceLeaf& place, float time) {
-        const Interval interval(time, place.times - 1u);
-        InstanceLeaf there = place;
-        there.page += interval.number;
-        if (m_pages[there.page].header().root != NoRef) // else all of it is nowhere meanwhile
-            enter(s, there, interval.fraction);
+    bool sees(const Slot& s, const InstanceLeaf& place) const {
+        return m_levels.empty() || place.seen.holds(m_levels[s.number]);
+    }
+    // What moves or changes at a place, or has neighbours that do.
+    void meet_moving(Slot& s, Waiting& then) {
+        const MovingLeaf& moving = s.in->page.template at<MovingLeaf>(s.stack.top());
+        if (sees(s, moving.place)) {
+            if (moving.stands_still())
+                return reach_instance(s, moving.place, then);
+            if (const float time = time_of(s); moving.is_met_by(s.in->traced, time)) {
+                if (!moving.changes()) {
+                    moving.fetch_path();
+                    return then.add(s, Waiting::MovingFetched);
+                }
+                s.stack.pop();
+                enter_interval(s, moving, time);
+                return wait(then, s);
+            }
+        }
+        s.stack.pop();
+        wait(then, s);
+    }
+    void enter_moving(Slot& s, Ref leaf) {
+        const MovingLeaf& moving = s.in->page.template at<MovingLeaf>(leaf);
+        if (const PageFromWorld way = moving.way(time_of(s)); way.is_held())
+            s.enter(moving.place.number, way.inner(s.in->ray, s.in->traced.t_max),
+                    m_pages[m_runs[moving.place.run].page]);
+    }
+    void enter_interval(Slot& s, const MovingLeaf& changing, float time) {
+        const Interval interval(time, changing.times - 1);
+        const Page& page = m_pages[m_runs[changing.place.run].page + interval.number];
+        if (page.header().root != NoRef) // else all of it is nowhere meanwhile
+            s.enter(changing.place.number, page, interval.fraction);
     }
 
     void meet_leaf(Slot& s, Ref leaf) {
@@ -228,6 +267,7 @@ class RayQueue {
 
     const Page m_root;
     std::span<const Page> m_pages;
+    std::span<const Placements> m_runs;
     std::span<const Ray> m_rays;
     std::span<const float> m_times, m_levels;
     Filter& m_filter;
@@ -252,13 +292,13 @@ void find_any(const Page& page, std::span<const Ray> rays, std::span<uint8_t> hi
 template <int W, class Filter>
 void find_closest(const World& world, uint32_t root, std::span<const Ray> rays, std::span<InstanceHit> hits,
                   Filter& filter, std::span<const float> times = {}) {
-    RayQueue<W, Query::Closest, Filter, MostNesting + 1>(world.page(root), rays, filter, world.pages(), times)
+    RayQueue<W, Query::Closest, Filter, MostNesting + 1>(world, root, rays, filter, times)
         .run([&](size_t i, const Hit& h, const InstancePath& path) { hits[i] = {h, path}; });
 }
 template <int W, class Filter>
 void find_any(const World& world, uint32_t root, std::span<const Ray> rays, std::span<uint8_t> hidden,
               Filter& filter, std::span<const float> times = {}) {
-    RayQueue<W, Query::Any, Filter, MostNesting + 1>(world.page(root), rays, filter, world.pages(), times)
+    RayQueue<W, Query::Any, Filter, MostNesting + 1>(world, root, rays, filter, times)
         .run([&](size_t i, const Hit& h, const InstancePath&) { hidden[i] = h.found(); });
 }
 

@@ -31,7 +31,6 @@ class Stack {
     void close(int outer) { m_base = outer; }
     Ref top() const { return m_ref[m_size - 1]; }
     Ref pop() { return m_ref[--m_size]; }
-    void put_back(Ref ref) { m_ref[m_size++] = ref; } // for what was popped, at the same distance
 
     // Eight are written where fewer are pushed.
     void push(const Entered& entered, __m256i refs) {
@@ -104,21 +103,18 @@ struct alignas(64) Slot {
         if constexpr (Levels > 1)
             at = of_hit = {};
     }
-    // Into a page that stands at a place, and back from it; false = it is in the outermost.
-    void enter(const InstanceLeaf& place, const Page& page, float fraction) {
-        Frame& inner = in[1];
-        if (place.stays) {
-            inner.ray = in->ray, inner.traced = in->traced;
-        } else {
-            inner.ray = place.inner(in->ray, in->traced.t_max);
-            inner.traced = TracedRay(inner.ray);
-            if (!inner.traced.traceable)
-                return;
-        }
-        inner.page = page, inner.has_changing = page.changes(), inner.fraction = fraction;
-        inner.outer = stack.open(page.header().root);
-        at.instance[at.depth++] = place.number;
-        in++;
+    // Into a page that stands as instance `place` of its level, with the ray as it runs there, and back from
+    // it; false = it is in the outermost.
+    void enter(uint32_t place, const Ray& inner, const Page& page) {
+        in[1].ray = inner;
+        in[1].traced = TracedRay(inner);
+        if (in[1].traced.traceable)
+            go_on(place, page, 0);
+    }
+    // Which lies in the level as it is. `fraction`: of the page's interval of time, where it changes.
+    void enter(uint32_t place, const Page& page, float fraction = 0) {
+        in[1].ray = in->ray, in[1].traced = in->traced;
+        go_on(place, page, fraction);
     }
     bool leave() {
         if (Levels == 1 || at.depth == 0)
@@ -136,13 +132,32 @@ struct alignas(64) Slot {
         if constexpr (Levels > 1)
             at = {};
     }
+
+  private:
+    void go_on(uint32_t place, const Page& page, float fraction) {
+        in++;
+        in->page = page, in->has_changing = page.changes(), in->fraction = fraction;
+        in->outer = stack.open(page.header().root);
+        at.instance[at.depth++] = place;
+    }
 };
 
 // Slots by what they look at next: no branch says which, as that cannot be foreseen.
 template <int Levels, int Slots>
 class Waiting {
   public:
-    enum Next { Node, Leaf, ChangingNode, Place, End, Kinds };
+    // Fetched: what was looked at once, and whose matrix or path is on its way from memory.
+    enum Next : uint8_t {
+        Node,
+        Leaf,
+        ChangingNode,
+        Instance,
+        InstanceFetched,
+        Moving,
+        MovingFetched,
+        End,
+        Kinds
+    };
 
     std::span<Slot<Levels>* const> of(Next next) const { return {m_slot[next], size_t(m_count[next])}; }
     bool any() const { return m_any; }
@@ -151,15 +166,15 @@ class Waiting {
         for (int& count : m_count)
             count = 0;
     }
-    void add(Slot<Levels>& slot, Kind kind) {
-        const uint8_t next = next_of[uint32_t(kind)];
+    void add(Slot<Levels>& slot, Kind kind) { add(slot, Next(next_of[uint32_t(kind)])); }
+    void add(Slot<Levels>& slot, Next next) {
         m_slot[next][m_count[next]++] = &slot;
         m_any = true;
     }
 
   private:
-    static constexpr uint8_t next_of[16] = {Node, Leaf, Leaf,  Leaf,  Leaf,  Leaf,         Leaf, Leaf,
-                                            Leaf, Leaf, Place, Place, Place, ChangingNode, End,  End};
+    static constexpr Next next_of[16] = {Node, Leaf, Leaf,     Leaf,   Leaf,         Leaf, Leaf, Leaf,
+                                         Leaf, Leaf, Instance, Moving, ChangingNode, End,  End,  End};
     bool m_any = false;
     int m_count[Kinds] = {};
     Slot<Levels>* m_slot[Kinds][Slots];

@@ -153,11 +153,11 @@ struct Answers {
 
     Answers(const Standing& in, const Asked& asked) : closest(asked.rays.size()), any(asked.rays.size()) {
         EverythingIsThere all;
-        RayQueue<8, Query::Closest, EverythingIsThere, MostNesting + 1>(
-            in.world.page(in.root), asked.rays, all, in.world.pages(), asked.times, asked.levels)
+        RayQueue<8, Query::Closest, EverythingIsThere, MostNesting + 1>(in.world, in.root, asked.rays, all,
+                                                                        asked.times, asked.levels)
             .run([&](size_t i, const Hit& h, const InstancePath& path) { closest[i] = {h, path}; });
-        RayQueue<8, Query::Any, EverythingIsThere, MostNesting + 1>(
-            in.world.page(in.root), asked.rays, all, in.world.pages(), asked.times, asked.levels)
+        RayQueue<8, Query::Any, EverythingIsThere, MostNesting + 1>(in.world, in.root, asked.rays, all,
+                                                                    asked.times, asked.levels)
             .run([&](size_t i, const Hit& h, const InstancePath&) { any[i] = h.found(); });
     }
 };

@@ -23,8 +23,9 @@ constexpr double TurnAStep = 0.6;
 
 // An instance as a level is told of it.
 struct Placed {
-    Transform world_from_page;
-    uint32_t page;
+    uint32_t page, run;
+    uint32_t matrix = 0;             // of the run, and
+    std::array<float, 12> rows = {}; // what it is: by floats, as whoever shades a hit has it
     bool stays = false;
     const MotionPath* path = nullptr;
     LevelRange seen = {};
@@ -33,27 +34,14 @@ struct Placed {
     bool moves() const { return path || intervals > 0; } // or changes
 };
 
-// By floats, as whoever shades a hit has it.
-Placed placed(uint32_t page, const float* rows, LevelRange seen = {}) {
-    Placed p{{}, page, false, nullptr, seen};
-    for (size_t r = 0; r < 3; r++)
-        _mm256_storeu_pd(p.world_from_page.m[r].data(), _mm256_cvtps_pd(_mm_loadu_ps(rows + 4 * r)));
-    return p;
-}
-Placed placed(uint32_t page, const MotionPath& path, LevelRange seen = {}) {
-    if (path.moves())
-        return {{}, page, false, &path, seen};
-    float rows[12];
-    path.at(0, rows);
-    return placed(page, rows, seen);
-}
-
 bool is_affine(const Transform& t) {
-    bool finite = true;
-    for (const auto& row : t.m)
-        for (const double v : row)
-            finite &= std::isfinite(v);
-    return finite && t.m[3][0] == 0 && t.m[3][1] == 0 && t.m[3][2] == 0 && t.m[3][3] == 1;
+    return t.m[3][0] == 0 && t.m[3][1] == 0 && t.m[3][2] == 0 && t.m[3][3] == 1;
+}
+Transform transform_of(const std::array<float, 12>& rows) {
+    Transform t;
+    for (size_t r = 0; r < 3; r++)
+        _mm256_storeu_pd(t.m[r].data(), _mm256_cvtps_pd(_mm_loadu_ps(rows.data() + 4 * r)));
+    return t;
 }
 
 // Around the eight corners. Rays are made for the page by numbers that are rounded: the box is a little
@@ -73,9 +61,12 @@ Bounds3f box_of(const Transform& t, const Bounds3f& b) {
 }
 
 // False: no ray can be taken there.
-bool make_leaf(const Placed& p, uint32_t number, InstanceLeaf& leaf) {
-    leaf.page = p.page, leaf.number = number, leaf.stays = p.stays, leaf.times = 0, leaf.seen = p.seen;
-    return is_affine(p.world_from_page) && leaf.stand_at(p.world_from_page);
+bool stands(const Placed& p) {
+    return p.stays || (std::ranges::all_of(p.rows, [](float v) { return std::isfinite(v); }) &&
+                       PageFromWorld(p.rows.data()).is_held());
+}
+InstanceLeaf leaf_of(const Placed& p, uint32_t number) {
+    return {number, p.run, p.matrix, p.seen};
 }
 
 // Around what changes, at the times between its intervals. Vertices are rounded in between: boxes are a
@@ -124,17 +115,16 @@ struct Boxes {
     }
     bool move(size_t i) const { return !first.empty() && first[i] < first[i + 1]; }
     std::span<Bounds3f> of(size_t i) { return {boxes.data() + first[i], size_t(first[i + 1] - first[i])}; }
-    void make_leaf(const Placed& p, uint32_t number, MovingLeaf& leaf) {
-        leaf = {};
-        if (!move(number)) {
-            hierarchy::make_leaf(p, number, leaf.place);
-            return;
-        }
+    MovingLeaf moving_leaf(const Placed& p, uint32_t number) {
+        MovingLeaf leaf{};
+        leaf.place = leaf_of(p, number);
+        if (!move(number))
+            return leaf;
         const std::span<Bounds3f> all = of(number);
-        leaf.place.page = p.page, leaf.place.number = number, leaf.place.times = uint16_t(all.size());
-        leaf.place.seen = p.seen, leaf.place.stays = p.stays;
+        leaf.times = uint32_t(all.size());
         leaf.path = p.path, leaf.boxes = all.size() > 2 ? all.data() : nullptr;
         leaf.first = all[0], leaf.second = all[1];
+        return leaf;
     }
 };
 
@@ -144,9 +134,15 @@ struct Eight {
     uint8_t count;
     Kind kind;
     uint64_t at; // where their leaves are
+
+    uint64_t bytes() const { return count * UnitsOf[size_t(kind)] * UnitBytes; }
+    uint64_t end() const { // of the room they have: groups begin at multiples of that
+        constexpr uint64_t Align = GroupUnits * UnitBytes;
+        return at + (bytes() + Align - 1) / Align * Align;
+    }
 };
 template <class Instances>
-LargeVector<Eight> eights_of(const SplitTree& tree, const Instances& instances, uint64_t at) {
+LargeVector<Eight> eights_of(const SplitTree& tree, const Instances& instances, uint64_t& at) {
     LargeVector<Eight> eights;
     for (const SplitTree::Branch& b : tree.branches)
         if (b.left < 0)
@@ -155,7 +151,8 @@ LargeVector<Eight> eights_of(const SplitTree& tree, const Instances& instances, 
         for (uint32_t i = 0; i < e.count; i++)
             if (instances.moves(tree.items[e.begin + i].index()))
                 e.kind = Kind::Moving;
-        e.at = std::exchange(at, at + e.count * UnitsOf[size_t(e.kind)] * UnitBytes);
+        e.at = at;
+        at = e.end();
     }
     return eights;
 }
@@ -198,26 +195,25 @@ class Standing {
                 box.extend(page.bounds());
         if (box.empty()) // of nothing there is nothing to see
             return State::Nothing;
-        bool stands = true;
+        bool is_there = true;
         if (moves(i)) {
             if (p.path)
                 p.path->bound(std::exchange(box, {}), m_boxes.of(i));
             else
                 bound(pages, m_boxes.of(i));
             for (const Bounds3f& at : m_boxes.of(i))
-                stands &= is_somewhere(at.lo) && is_somewhere(at.hi), box.extend(at);
+                is_there &= is_somewhere(at.lo) && is_somewhere(at.hi), box.extend(at);
         } else {
-            InstanceLeaf leaf;
             if (!p.stays)
-                box = m_reaches.box(p.page, p.world_from_page, box);
-            stands = make_leaf(p, uint32_t(i), leaf) && is_somewhere(box.lo) && is_somewhere(box.hi);
+                box = m_reaches.box(p.page, transform_of(p.rows), box);
+            is_there = stands(p) && is_somewhere(box.lo) && is_somewhere(box.hi);
         }
-        return stands ? State::Stands : State::LeftOut;
+        return is_there ? State::Stands : State::LeftOut;
     }
     bool look(size_t i, Bounds3f& box) const { return state(i, box) == State::Stands; }
     bool moves(size_t i) const { return m_boxes.move(i); }
-    void write(uint32_t i, InstanceLeaf& leaf) const { make_leaf(m_placement_of(i), i, leaf); }
-    void write(uint32_t i, MovingLeaf& leaf) const { m_boxes.make_leaf(m_placement_of(i), i, leaf); }
+    void write(uint32_t i, InstanceLeaf& leaf) const { leaf = leaf_of(m_placement_of(i), i); }
+    void write(uint32_t i, MovingLeaf& leaf) const { leaf = m_boxes.moving_leaf(m_placement_of(i), i); }
 
   private:
     std::span<const Page> m_pages;
@@ -232,11 +228,11 @@ PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
     Header h{};
     h.magic = Magic, h.version = Version;
     h.nodes = sizeof(Header);
-    const LargeVector<Eight> eights = eights_of(order, instances, h.nodes);
+    uint64_t eights_end = h.nodes;
+    const LargeVector<Eight> eights = eights_of(order, instances, eights_end);
     Bounds3f bounds;
     if (!eights.empty()) {
-        const Eight& last = eights.back();
-        h.nodes = last.at + last.count * UnitsOf[size_t(last.kind)] * UnitBytes;
+        h.nodes = eights_end;
         bounds = order.branches[0].box();
     }
     NodeTree tree = make_nodes(order, h.nodes);
@@ -256,6 +252,7 @@ PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
         for (size_t k = begin; k < end; k++) {
             const Eight& e = eights[k];
             Group group{e.kind, e.count};
+            std::memset(bytes + e.at + e.bytes(), 0, e.end() - e.at - e.bytes());
             for (uint32_t i = 0; i < e.count; i++) {
                 const Item& item = order.items[e.begin + i];
                 group.box[i] = item.bounds();
@@ -340,6 +337,13 @@ uint32_t World::add_level(size_t count, std::span<const size_t> places, int nest
     return number;
 }
 
+uint32_t World::keep_run(uint32_t page, std::span<const float> matrices) {
+    Placements run{page};
+    run.world_from_page = Places(matrices);
+    m_runs.push_back(run);
+    return uint32_t(m_runs.size() - 1);
+}
+
 uint32_t World::add(std::span<const Placement> placements) {
     int nesting = 1;
     bool moves = false;
@@ -349,11 +353,28 @@ uint32_t World::add(std::span<const Placement> placements) {
         moves |= p.path && p.path->moves();
         places[p.page]++;
     }
+    LargeVector<float>& matrices = m_matrices.emplace_back(12 * placements.size());
+    for (size_t i = 0; i < placements.size(); i++) {
+        const Placement& p = placements[i];
+        float* const rows = matrices.data() + 12 * i;
+        if (p.path)
+            p.path->at(0, rows);
+        else
+            for (size_t k = 0; k < 12; k++)
+                rows[k] = is_affine(p.world_from_page) ? float(p.world_from_page.m[k / 4][k % 4]) : NAN;
+    }
+    std::vector<uint32_t> run_of(m_pages.size());
+    for (size_t page = 0; page < places.size(); page++)
+        if (places[page] > 0)
+            run_of[page] = keep_run(uint32_t(page), matrices);
     return add_level(
         placements.size(), places, nesting, moves,
         [&](size_t i) {
             const Placement& p = placements[i];
-            return p.path ? placed(p.page, *p.path) : Placed{p.world_from_page, p.page};
+            Placed placed{p.page, run_of[p.page], uint32_t(i)};
+            std::copy_n(matrices.data() + 12 * i, 12, placed.rows.begin());
+            placed.path = p.path && p.path->moves() ? p.path : nullptr;
+            return placed;
         },
         nullptr);
 }
@@ -364,6 +385,7 @@ uint32_t World::add(std::span<const Placements> runs, Level* before) {
     size_t count = 0;
     bool moves = false;
     std::vector<size_t> places(m_pages.size());
+    const uint32_t first_run = uint32_t(m_runs.size());
     for (const Placements& run : runs) {
         nesting = std::max(nesting, nesting_of(run.page));
         moves |= run.intervals > 0 || std::ranges::any_of(run.paths, &MotionPath::moves);
@@ -373,18 +395,31 @@ uint32_t World::add(std::span<const Placements> runs, Level* before) {
         first.push_back(count);
         count += run.size();
         places[run.page] += run.size();
+        m_runs.push_back(run);
+        if (!std::ranges::all_of(run.paths, &MotionPath::moves)) { // some have a path and stand still
+            LargeVector<float>& matrices = m_matrices.emplace_back(12 * run.paths.size());
+            for (size_t i = 0; i < run.paths.size(); i++)
+                run.paths[i].at(0, matrices.data() + 12 * i);
+            m_runs.back().world_from_page = Places(matrices);
+        }
     }
     return add_level(
         count, places, nesting, moves,
         [&](size_t i) {
             const size_t r = size_t(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1;
-            const Placements& run = runs[r];
-            if (run.stays())
-                return Placed{{}, run.page, true, nullptr, {}, run.intervals};
+            const Placements& run = m_runs[first_run + r];
+            Placed placed{run.page, first_run + uint32_t(r)};
+            placed.stays = run.stays(), placed.intervals = run.intervals;
+            if (placed.stays)
+                return placed;
             const size_t k = i - first[r];
-            const LevelRange seen = run.seen.empty() ? LevelRange() : run.seen[k];
-            return run.paths.empty() ? placed(run.page, run.world_from_page[k].data(), seen)
-                                     : placed(run.page, run.paths[k], seen);
+            if (!run.seen.empty())
+                placed.seen = run.seen[k];
+            if (!run.paths.empty() && run.paths[k].moves())
+                placed.path = &run.paths[k];
+            else
+                placed.matrix = uint32_t(run.world_from_page.number(k)), placed.rows = run.world_from_page[k];
+            return placed;
         },
         before);
 }
@@ -402,6 +437,8 @@ size_t World::level_bytes() const {
         bytes += level.memory.size();
     for (const LargeVector<Bounds3f>& boxes : m_boxes)
         bytes += boxes.size() * sizeof(Bounds3f);
+    for (const LargeVector<float>& matrices : m_matrices)
+        bytes += matrices.size() * sizeof(float);
     return bytes;
 }
 

@@ -22,7 +22,7 @@ struct Placement {
 struct Placements {
     uint32_t page;
     Places world_from_page = {};            // none: the page lies there as it is
-    std::span<const MotionPath> paths = {}; // moving ones instead; whoever has them keeps them
+    std::span<const MotionPath> paths = {}; // moving ones instead. Whoever has these and matrices keeps them
     std::span<const LevelRange> seen = {};  // by which rays each is; none: by all
     // Of what changes: it lies there as it is, in one page for each of so many even intervals of time.
     uint32_t intervals = 0;
@@ -51,6 +51,7 @@ class World {
 
     const Page& page(uint32_t number) const { return m_pages[number]; }
     std::span<const Page> pages() const { return m_pages; }
+    std::span<const Placements> runs() const { return m_runs; }      // of all levels, for leaves to refer to
     int nesting(uint32_t number) const { return m_nesting[number]; } // 0: it is no level
     size_t left_out() const { return m_left_out; }
     size_t refitted() const { return m_refitted; }
@@ -59,6 +60,8 @@ class World {
     bool fades() const { return m_fades; } // some rays do not see something: they need levels
 
   private:
+    // Of what stands where the world itself keeps it: room for so many matrices of each page.
+    uint32_t keep_run(uint32_t page, std::span<const float> matrices);
     template <class PlacementOf>
     uint32_t add_level(size_t count, std::span<const size_t> places, int nesting, bool moves,
                        const PlacementOf& placement_of, Level* before); // `places`: of each page
@@ -66,6 +69,8 @@ class World {
     PageMemory build(size_t count, const Instances& instances);
     int nesting_of(uint32_t page) const; // of a level that it stands in
     std::vector<Page> m_pages;
+    std::vector<Placements> m_runs;
+    std::deque<LargeVector<float>> m_matrices; // of runs that come without
     std::vector<int> m_nesting;
     std::deque<Level> m_levels;
     std::deque<LargeVector<Bounds3f>> m_boxes; // of moving instances, level by level
