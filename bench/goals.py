@@ -56,6 +56,7 @@ def all_goals(results: Results) -> list[Goal]:
         edits,
         isles,
         instances,
+        moving,
         levels,
         nesting,
         ingest,
@@ -308,6 +309,14 @@ def instances(results: Results) -> Iterator[Goal]:
         built, kept = level["build_s"], PLACEMENT + level["bytes_each"]
         yield Goal(f"{where}: the level is made", "≤ 0.3 s", f"{built:.2f} s", yes(built <= 0.3))
         yield Goal(f"{where}: a placement and its hierarchy", "≤ 100 bytes", f"{kept:.1f} bytes", yes(kept <= 100))
+
+
+def moving(results: Results) -> Iterator[Goal]:
+    for scene, f in results.of("moving"):
+        for rays in f["rays"]:
+            over = Interval(**rays["over"]["pages"])
+            what = f"{scene}: {rays['name']}, in pages, over what stands still"
+            yield Goal(what, "≤ 1.50×", times(over), over.below(1.5))
 
 
 def levels(results: Results) -> Iterator[Goal]:

@@ -1,8 +1,8 @@
 // Instances that move, or grids that change, beside the same ones that stand still, in pages and in Embree,
 // by the queries of the renderer: time a ray, and bytes.
 //
-//     moving_bench [--instances=N] [--rays=N] [--rounds=N] [--turn=DEGREES] [--travel=UNITS]
-//     moving_bench --cells=N [--times=N] [--rays=N] [--rounds=N] [--travel=UNITS]
+//     moving_bench [--instances=N] [--rays=N] [--rounds=N] [--turn=DEGREES] [--travel=UNITS] [--json]
+//     moving_bench --cells=N [--times=N] [--rays=N] [--rounds=N] [--travel=UNITS] [--json]
 //
 // Each thing is two units wide; it travels in a direction of its own and turns about an axis of its own.
 // `--cells`: a terrain instead, 250 units wide, whose waves travel, given at so many times (2). Two
@@ -30,6 +30,7 @@ struct Settings {
     int rounds = 7;
     double turn = 20, travel = 1;
     int cells = 0, times = 2;
+    bool json = false; // a line for each tracer, and for each kind of ray
 };
 
 // A forest: things stand beside each other on a plane, about to overlap.
@@ -195,8 +196,40 @@ Settings settings_of(int argc, char** argv) {
             s.cells = std::atoi(v);
         else if (const char* v = value("--times="))
             s.times = std::max(2, std::atoi(v));
+        else if (std::strcmp(argv[i], "--json") == 0)
+            s.json = true;
     }
     return s;
+}
+
+void say_built(const Tracer& t, double bytes_each, const Settings& s) {
+    if (s.json)
+        std::printf("{\"tracer\": \"%s\", \"bytes_each\": %.2f, \"build_s\": %.4f}\n", t.name, bytes_each,
+                    t.built);
+    else
+        std::printf("%-15s %6.1f bytes %s, built in %.2f s\n", t.name, bytes_each,
+                    s.cells > 0 ? "a cell" : "an instance", t.built);
+}
+
+void say_traced(const char* rays, size_t count, std::span<const Tracer, 4> all, const size_t* found,
+                const Settings& s) {
+    if (s.json) {
+        std::printf("{\"rays\": \"%s\", \"count\": %zu", rays, count);
+        for (const Tracer& t : all) {
+            std::printf(", \"%s\": [", t.name);
+            for (size_t i = 0; i < t.ns.size(); i++)
+                std::printf(i ? ", %.2f" : "%.2f", t.ns[i]);
+            std::printf("]");
+        }
+        std::printf("}\n");
+        return;
+    }
+    std::printf("%s, %zu rays\n", rays, count);
+    for (size_t k = 0; k < 4; k++)
+        std::printf("  %-15s %7.1f ns, %.2f of still ones, %zu hit\n", all[k].name, median(all[k].ns),
+                    ratio(all[k].ns, all[k & 2].ns), found[k]);
+    std::printf("  pages over Embree: still %.2f, moving %.2f\n", ratio(all[0].ns, all[2].ns),
+                ratio(all[1].ns, all[3].ns));
 }
 
 } // namespace
@@ -228,8 +261,7 @@ int main(int argc, char** argv) {
         t.built = seconds(CLOCK_MONOTONIC) - start;
         const double count =
             settings.cells > 0 ? double(shapes.store.shapes().size()) * 64 * 64 : double(settings.instances);
-        std::printf("%-15s %6.1f bytes %s, built in %.2f s\n", t.name, double(t.scene->bytes()) / count,
-                    settings.cells > 0 ? "a cell" : "an instance", t.built);
+        say_built(t, double(t.scene->bytes()) / count, settings);
     }
     std::vector<Ray> rays = camera_rays(
         settings.rays, settings.cells > 0 ? double(Width) : std::sqrt(double(settings.instances)) * 2.5);
@@ -248,12 +280,7 @@ int main(int argc, char** argv) {
                 all[k].ns.push_back((seconds(CLOCK_THREAD_CPUTIME_ID) - start) * 1e9 / double(rays.size()));
                 found[k] = batch.found();
             }
-        std::printf("%s, %zu rays\n", name, rays.size());
-        for (int k = 0; k < 4; k++)
-            std::printf("  %-15s %7.1f ns, %.2f of still ones, %zu hit\n", all[k].name, median(all[k].ns),
-                        ratio(all[k].ns, all[k & 2].ns), found[k]);
-        std::printf("  pages over Embree: still %.2f, moving %.2f\n", ratio(all[0].ns, all[2].ns),
-                    ratio(all[1].ns, all[3].ns));
+        say_traced(name, rays.size(), all, found, settings);
         batch.trace(*all[1].scene);
         if (!std::strstr(name, "bounce 2"))
             rays = batch.bounces(rays);

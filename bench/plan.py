@@ -20,6 +20,7 @@ import kills
 import lanes
 import levels
 import lights
+import moving
 import nesting
 import networks
 import oracles
@@ -87,6 +88,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
         Part("hierarchy", scene, about(hierarchy.measure, scene), 30, scene == "mesh") for scene in hierarchy.SCENES
     ]
     made += [Part("instances", "", hierarchy.instances, 60)]
+    made += [Part("moving", scene, about(moving.measure, scene), 60, scene in moving.QUICK) for scene in moving.SCENES]
     made += [Part("rays", kind, about(rays.measure, kind), 350) for kind in rays.KINDS]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
     made += [Part("edits", which, about(edits.measure, which), 60 if which == "" else 120) for which in edits.ALL]

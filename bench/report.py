@@ -37,6 +37,12 @@ HEADINGS = {
         "Pages of src/hierarchy beside Embree on the same vertices; camera rays go to Embree in packets of eight.",
     ),
     "instances": ("A million instances", ""),
+    "moving": (
+        "What moves, and what changes",
+        "A hundred thousand balls of 6144 micropolygons, two units wide: straight by up to half their size, turning by "
+        "20 degrees as well, far by up to twice their size and by 60. Waves travel by 16 cells of a terrain. Rays at "
+        "random times, and all at one.",
+    ),
     "rays": (
         "A thousand million rays",
         "From inside of closed surfaces: a third goes anywhere, a third to vertices, a third to points of edges. A "

@@ -18,7 +18,7 @@ SCENES = {
     "cornell": ("mitsuba-llvm-spectral", "mitsuba-llvm-rgb", "cycles", "luxcore"),
     "terrain": ("mitsuba-llvm-spectral", "mitsuba-llvm-rgb", "cycles", "luxcore"),
     "forest": ("mitsuba-scalar-spectral", "cycles", "luxcore"),
-    "forest-million": ("cycles", "luxcore"),
+    "forest-million": ("mitsuba-scalar-spectral", "cycles", "luxcore"),
     "still-life": ("mitsuba-llvm-spectral", "mitsuba-llvm-rgb", "cycles", "luxcore"),
 }
 SCENES |= {name: ("cycles",) for name in usd_scenes.there()}  # by its own reader of USD

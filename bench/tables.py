@@ -136,6 +136,19 @@ def instances(results: Results) -> str:
     return table(["", "pages", "Embree, robust", ""], rows)
 
 
+def moving(results: Results) -> str:
+    rows = []
+    for scene, found in results.of("moving"):
+        bytes_each = {t["tracer"]: f"{t['bytes_each']:.1f}" for t in found["tracers"]}
+        takes = [f"{bytes_each[f'{of}, still']}, {bytes_each[f'{of}, moving']}" for of in ("pages", "Embree")]
+        for rays in found["rays"]:
+            over = [times(intervals.Interval(**ratio)) for ratio in rays["over"].values()]
+            rows.append([scene, rays["name"], f"{rays['ns']['pages, moving']:.0f} ns", *over, *takes])
+            scene, takes = "", ["", ""]
+    heads = ["", "rays", "pages", "over still ones", "Embree over still ones", "pages over Embree"]
+    return table([*heads, "bytes in pages: still, moving", "in Embree"], rows)
+
+
 def rays(results: Results) -> str:
     rows = []
     for kind, f in results.of("rays"):
@@ -370,6 +383,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         hierarchy,
         hierarchy_bytes,
         instances,
+        moving,
         rays,
         rib,
         hair,
