@@ -337,7 +337,7 @@ uint32_t World::add_level(size_t count, std::span<const size_t> places, int nest
     return number;
 }
 
-uint32_t World::keep_run(uint32_t page, std::span<const float> matrices) {
+uint32_t World::add_run(uint32_t page, std::span<const float> matrices) {
     Placements run{page};
     run.world_from_page = Places(matrices);
     m_runs.push_back(run);
@@ -366,7 +366,7 @@ uint32_t World::add(std::span<const Placement> placements) {
     std::vector<uint32_t> run_of(m_pages.size());
     for (size_t page = 0; page < places.size(); page++)
         if (places[page] > 0)
-            run_of[page] = keep_run(uint32_t(page), matrices);
+            run_of[page] = add_run(uint32_t(page), matrices);
     return add_level(
         placements.size(), places, nesting, moves,
         [&](size_t i) {

@@ -60,8 +60,7 @@ class World {
     bool fades() const { return m_fades; } // some rays do not see something: they need levels
 
   private:
-    // Of what stands where the world itself keeps it: room for so many matrices of each page.
-    uint32_t keep_run(uint32_t page, std::span<const float> matrices);
+    uint32_t add_run(uint32_t page, std::span<const float> matrices); // its number
     template <class PlacementOf>
     uint32_t add_level(size_t count, std::span<const size_t> places, int nesting, bool moves,
                        const PlacementOf& placement_of, Level* before); // `places`: of each page
