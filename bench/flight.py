@@ -86,11 +86,12 @@ def compared(film: np.ndarray, reference: np.ndarray) -> Found:
     off = film - reference
     steps = np.diff(blocks(off), axis=1) / reference.mean()  # of what the reference has not
     jumps, noise = np.abs(steps.mean(axis=0)), np.abs(steps[0] - steps[1]) / 2
-    some = 0.05 * theirs.mean()  # blocks of sky have next to nothing
+    some = 0.05 * theirs.mean()  # blocks of sky have next to nothing, and less than nothing where noise says so
+    over = (np.maximum(mine, 0) + some) / (np.maximum(theirs, 0) + some)
     return {
         "ratio": float(mine.mean() / theirs.mean()),
         "ratio_error": float((mine - theirs).std() / theirs.mean() / np.sqrt(mine.size)),
-        "ratio_99": float(np.percentile((mine + some) / (theirs + some), 99)),
+        "ratio_99": float(np.percentile(over, 99)),
         "difference": float(power(off).mean() / theirs.mean()),
         "jump": float(jumps.max()),
         "jump_noise": float(noise.max()),
