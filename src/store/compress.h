@@ -1,5 +1,5 @@
-// Pages that are seldom read, in less room: bytes of the same significance of all words side by side, as they
-// are alike (the "shuffle" of HDF5 and Blosc), then zstd.
+// Pages that are seldom read, in less room: words by what they differ from those before them, bytes of the
+// same significance side by side, as they are alike (the "delta" and "shuffle" of HDF5 and Blosc), then zstd.
 #pragma once
 
 #include <cstdint>

@@ -2,7 +2,9 @@
 #include "store/compress.h"
 
 #include <bit>
+#include <cmath>
 #include <fstream>
+#include <random>
 
 #include "store/test_stored.h"
 
@@ -70,6 +72,37 @@ TEST(Compress, GivesBackWhatItTook) {
     EXPECT_FALSE(decompress({packed.data(), packed.size() / 2}, back));
     EXPECT_TRUE(
         compress(std::vector<uint32_t>(1 << 20)).empty()); // a megabyte of zeros: nobody would believe it
+}
+
+// Positions along a curve, halves that grow, bytes at random, and what overflows: each piece has its own
+// predictor, and all words come back to the bit.
+TEST(Compress, ChoosesAPredictorForEachPiece) {
+    std::mt19937 random(5);
+    std::vector<uint32_t> words;
+    for (int i = 0; i < 30000; i++)
+        words.push_back(std::bit_cast<uint32_t>(std::sin(0.001f * float(i / 3)) + float(i % 3)));
+    const size_t positions = compress(words).size();
+    EXPECT_LT(positions, 4 * words.size() / 2);
+    for (uint32_t i = 0; i < 30000; i++)
+        words.push_back((3 * i & 0xffff) | (0xffff - (5 * i & 0xffff)) << 16);
+    EXPECT_LT(compress(words).size(), positions + 30000);
+    for (int i = 0; i < 30000; i++)
+        words.push_back(random() & 0x00ff00ff);
+    for (int i = 0; i < 7001; i++)
+        words.push_back(i % 2 ? 0xffffffff : uint32_t(i % 3));
+    const std::vector<char> packed = compress(words);
+    EXPECT_LT(packed.size(), positions + 30000 + 66000);
+    std::vector<uint32_t> back(words.size());
+    ASSERT_TRUE(decompress(packed, back));
+    EXPECT_EQ(back, words);
+    for (size_t n = 1; n < 12; n++) { // shorter than what lies before
+        const std::vector<uint32_t> few(n, 7);
+        std::vector<uint32_t> same(n);
+        if (const std::vector<char> small = compress(few); !small.empty()) {
+            EXPECT_TRUE(decompress(small, same));
+            EXPECT_EQ(same, few);
+        }
+    }
 }
 
 } // namespace kanuka::store

@@ -221,8 +221,9 @@ TEST_F(Damaged, IsFound) {
             for (const uint64_t i : {1, 2})
                 disk.write(entry(i), shared(page(uint32_t(i), size)));
         }
-        if (compressed)
+        if (compressed) {
             EXPECT_EQ(compress_store(settings().folder, 0).packs, 1u);
+        }
         expect_damage_is_found(size);
         fs::remove(packs().at(0));
     }

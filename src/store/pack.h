@@ -16,7 +16,7 @@
 namespace kanuka::store {
 
 inline constexpr const char *PackSuffix = ".kpack", *UnfinishedSuffix = ".unfinished";
-inline constexpr uint32_t PackMagic = 0x4b41504b, PackVersion = 2; // "KPAK"
+inline constexpr uint32_t PackMagic = 0x4b41504b, PackVersion = 3; // "KPAK"
 
 // Little-endian, as all of it.
 struct PackHeader {
