@@ -16,8 +16,8 @@ namespace kanuka::hierarchy {
 // How deep instances may lie in instances.
 inline constexpr int MostNesting = 17;
 
-// The way into a page from where it stands, by which rays are made anew for it. Doubles: what is rounded is
-// the ray, once.
+// The transform into a page from where it stands, by which rays are made anew for it. Doubles: what is
+// rounded is the ray, once.
 class PageFromWorld {
   public:
     // Of the place that has this number among the matrices: the same floats as Places::matrix().
@@ -152,7 +152,7 @@ struct MovingLeaf {
             _mm_prefetch(reinterpret_cast<const char*>(path) + byte, _MM_HINT_T0);
     }
     // Where it is then, by the floats that whoever shades the hit has. False: no ray can be taken there.
-    PageFromWorld way(float time) const {
+    PageFromWorld page_from_world(float time) const {
         float rows[12];
         path->at(double(time), rows);
         return PageFromWorld(rows);

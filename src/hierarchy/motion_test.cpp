@@ -144,8 +144,8 @@ void trace_by_one_lane(const Scene& scene, uint32_t page, const Ray& ray, float 
         std::array<float, 12> rows;
         for (size_t k = 0; k < 12; k++)
             rows[k] = float(p.world_from_page.m[k / 4][k % 4]);
-        if (const PageFromWorld way(rows.data()); way.is_held())
-            trace_by_one_lane(scene, p.page, way.inner(ray, ray.t_max), time, inner, best);
+        if (const PageFromWorld inward(rows.data()); inward.is_held())
+            trace_by_one_lane(scene, p.page, inward.inner(ray, ray.t_max), time, inner, best);
     }
 }
 

@@ -189,9 +189,9 @@ class RayQueue {
         const InstanceLeaf& place =
             s.in->page.template at<InstanceLeaf>(leaf); // a moving leaf begins with one
         const Placements& run = m_runs[place.run];
-        const PageFromWorld way(run.world_from_page, place.matrix);
+        const PageFromWorld inward(run.world_from_page, place.matrix);
         // World::add() has seen to it that the page is not empty, and not too deep.
-        s.enter(place.number, way.inner(s.in->ray, s.in->traced.t_max), m_pages[run.page]);
+        s.enter(place.number, inward.inner(s.in->ray, s.in->traced.t_max), m_pages[run.page]);
     }
     bool sees(const Slot& s, const InstanceLeaf& place) const {
         return m_levels.empty() || place.seen.holds(m_levels[s.number]);
@@ -217,8 +217,8 @@ class RayQueue {
     }
     void enter_moving(Slot& s, Ref leaf) {
         const MovingLeaf& moving = s.in->page.template at<MovingLeaf>(leaf);
-        if (const PageFromWorld way = moving.way(time_of(s)); way.is_held())
-            s.enter(moving.place.number, way.inner(s.in->ray, s.in->traced.t_max),
+        if (const PageFromWorld inward = moving.page_from_world(time_of(s)); inward.is_held())
+            s.enter(moving.place.number, inward.inner(s.in->ray, s.in->traced.t_max),
                     m_pages[m_runs[moving.place.run].page]);
     }
     void enter_interval(Slot& s, const MovingLeaf& changing, float time) {
