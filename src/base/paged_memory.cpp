@@ -89,6 +89,7 @@ class Pager {
         m_folder = folder;
         m_bounds.insert(budget.bytes);
         m_bound = *m_bounds.begin();
+        m_next_look = Clock::time_point();
         if (!m_thread.joinable())
             m_thread = std::jthread([this](const std::stop_token& stop) { run(stop); });
     }
@@ -98,6 +99,7 @@ class Pager {
             const std::lock_guard lock(m_mutex);
             m_bounds.erase(m_bounds.find(bytes));
             m_bound = m_bounds.empty() ? 0 : *m_bounds.begin();
+            m_next_look = Clock::time_point();
             if (m_bounds.empty())
                 ended = std::move(m_thread);
         }
@@ -157,11 +159,15 @@ class Pager {
     }
     void keep_within_bound() {
         const uint64_t bound = m_bound;
+        if (bound == 0 || Clock::now() < m_next_look.load())
+            return;
         // What is not paged may be more than the bound: some pages must stay all the same, to get on.
         const auto high = [&] { return std::max(bound - bound / 8, m_unpaged + bound / 4); };
         const auto low = [&] { return std::max(bound - bound / 4, m_unpaged + bound / 8); };
-        if (bound == 0 || resident() <= high())
+        if (const uint64_t now = resident(); now <= high()) {
+            m_next_look = Clock::now() + time_to_bring(high() - now);
             return;
+        }
         const std::lock_guard lock(m_mutex);
         if (resident() <= high()) // another thread was here
             return;
@@ -229,6 +235,11 @@ class Pager {
         }
     }
 
+    // The least that so many bytes take to come: to ask the system costs as much as a hundred rays.
+    static Clock::duration time_to_bring(uint64_t bytes) {
+        constexpr uint64_t BytesANanosecond = 64; // 16 pages a fault, on many threads
+        return std::min<Clock::duration>(std::chrono::nanoseconds(bytes / BytesANanosecond), 1ms);
+    }
     uint64_t resident() const {
         char text[128] = {};
         if (pread(m_statm, text, sizeof text - 1, 0) <= 0)
@@ -278,6 +289,7 @@ class Pager {
     char* m_hand = nullptr;             // of the clock
     std::atomic<uint64_t> m_unpaged{0}; // what was resident with all pages given back; 0 = little
     Clock::time_point m_next_measure{};
+    std::atomic<Clock::time_point> m_next_look{}; // at what is resident
     Counts m_counts;
     std::jthread m_thread;
 };
