@@ -99,34 +99,9 @@ void trace(const hierarchy::World& world, uint32_t root, const Rays& rays, Prese
 
 } // namespace
 
-class PageScene::Presence {
-  public:
-    static constexpr bool Filters = true;
-    Presence(const PageScene& scene, const Rays& rays) : m_scene(scene), m_rays(rays) {}
-
-    bool accepts(const hierarchy::Candidate& c) const {
-        const Place place = m_scene.place_of(c.page, c.hit);
-        if (!place.partly)
-            return true;
-        const store::Store& store = m_scene.m_store;
-        const Vec3f Ng = hierarchy::normal_of(c.page, c.here, c.hit, c.fraction);
-        return !is_back(store, place.shape, Ng, c.here.d) && !is_in_next_segment(place, c) &&
-               is_present(store, place.shape, place.prim, place.u, place.v, c.hit.t, m_rays.beholders[c.ray]);
-    }
-
-  private:
-    // Of a fibre: does it lie inside, where another segment goes on?
-    bool is_in_next_segment(const Place& place, const hierarchy::Candidate& c) const {
-        return hierarchy::is_of_fibres(hierarchy::kind_of(c.hit.leaf)) &&
-               is_inside_fibre(m_scene.m_store, place.shape, place.prim,
-                               {m_scene.interval_of(c.page), c.fraction}, c.here.o, c.here.d, c.hit.t);
-    }
-
-    const PageScene& m_scene;
-    const Rays& m_rays;
-};
-
-PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const {
+// A part of those who call it: what calls return in memory is read back before it is whole.
+[[gnu::always_inline]] inline PageScene::Place PageScene::place_of(const hierarchy::Page& page,
+                                                                   const hierarchy::Hit& hit) const {
     const Owner& owner = m_owner_of_page[page.number()];
     const Own& own = m_groups[size_t(owner.group)].owns[size_t(owner.own)];
     const hierarchy::Kind kind = hierarchy::kind_of(hit.leaf);
@@ -153,6 +128,33 @@ PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarch
     const int cell = number / 2, row = cell / s.mu;
     return {shape, 0, (float(cell - row * s.mu) + u) / float(s.mu), (float(row) + v) / float(s.mv), partly};
 }
+
+class PageScene::Presence {
+  public:
+    static constexpr bool Filters = true;
+    Presence(const PageScene& scene, const Rays& rays) : m_scene(scene), m_rays(rays) {}
+
+    bool accepts(const hierarchy::Candidate& c) const {
+        const Place place = m_scene.place_of(c.page, c.hit);
+        if (!place.partly)
+            return true;
+        const store::Store& store = m_scene.m_store;
+        const Vec3f Ng = hierarchy::normal_of(c.page, c.here, c.hit, c.fraction);
+        return !is_back(store, place.shape, Ng, c.here.d) && !is_in_next_segment(place, c) &&
+               is_present(store, place.shape, place.prim, place.u, place.v, c.hit.t, m_rays.beholders[c.ray]);
+    }
+
+  private:
+    // Of a fibre: does it lie inside, where another segment goes on?
+    bool is_in_next_segment(const Place& place, const hierarchy::Candidate& c) const {
+        return hierarchy::is_of_fibres(hierarchy::kind_of(c.hit.leaf)) &&
+               is_inside_fibre(m_scene.m_store, place.shape, place.prim,
+                               {m_scene.interval_of(c.page), c.fraction}, c.here.o, c.here.d, c.hit.t);
+    }
+
+    const PageScene& m_scene;
+    const Rays& m_rays;
+};
 
 uint32_t PageScene::interval_of(const hierarchy::Page& page) const {
     const Owner& owner = m_owner_of_page[page.number()];

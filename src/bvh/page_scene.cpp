@@ -220,11 +220,6 @@ void PageScene::Numbered::add(int shape, bool is_partly, size_t parts) {
     count += uint32_t(parts);
 }
 
-PageScene::Numbered::Part PageScene::Numbered::part(uint32_t name) const {
-    const size_t i = size_t(std::upper_bound(first.begin(), first.end(), name) - first.begin()) - 1;
-    return {shapes[i], int(name - first[i]), partly[i] != 0};
-}
-
 PageScene::Own PageScene::number_shapes(const store::Store& store, std::span<const int> shapes) {
     Own own;
     for (const int shape : shapes) {

@@ -3,6 +3,7 @@
 // groups, and the surfaces of solids.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "base/digest.h"
@@ -82,7 +83,10 @@ class PageScene {
             int shape, number;
             bool partly;
         };
-        Part part(uint32_t name) const;
+        [[gnu::always_inline]] Part part(uint32_t name) const {
+            const size_t i = size_t(std::upper_bound(first.begin(), first.end(), name) - first.begin()) - 1;
+            return {shapes[i], int(name - first[i]), partly[i] != 0};
+        }
     };
     struct Own { // a page of shapes
         Grids grids;

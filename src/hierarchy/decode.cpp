@@ -10,7 +10,7 @@ float unit_of(const int32_t (&frame)[3]) {
     return std::bit_cast<float>(uint32_t(frame[1] & 255) << 23);
 }
 
-Vec3f unpack(const int32_t (&frame)[3], uint32_t word) {
+[[gnu::always_inline]] inline Vec3f unpack(const int32_t (&frame)[3], uint32_t word) {
     const Fields& f = field_table[uint8_t(frame[0])];
     Vec3f p;
     for (int a = 0; a < 3; a++)
@@ -18,7 +18,8 @@ Vec3f unpack(const int32_t (&frame)[3], uint32_t word) {
     return p;
 }
 
-Vec3f coordinates(const int32_t (&frame)[3], uint32_t x, uint32_t y, uint32_t z) {
+[[gnu::always_inline]] inline Vec3f coordinates(const int32_t (&frame)[3], uint32_t x, uint32_t y,
+                                                uint32_t z) {
     const uint32_t field[3] = {x, y, z};
     Vec3f p;
     for (int a = 0; a < 3; a++)
@@ -77,16 +78,33 @@ float radius_of(const Page& page, Ref leaf, uint32_t end, uint32_t number, float
 
 } // namespace
 
-Corners corners_of(const Page& page, Ref leaf, uint32_t primitive, float fraction) {
-    Corners c;
+namespace {
+
+// A part of those who call it: what calls return in memory is read back before it is whole.
+[[gnu::always_inline]] inline Corners read_corners(const Page& page, Ref leaf, uint32_t primitive,
+                                                   float fraction) {
+    constexpr uint32_t Order[2][3] = {{0, 1, LeafRow}, {LeafRow + 1, LeafRow, 1}};
     const uint32_t cell = primitive / 2 % 16, first = cell / 4 * LeafRow + cell % 4;
-    const uint32_t order[2][3] = {{0, 1, LeafRow}, {LeafRow + 1, LeafRow, 1}};
-    for (uint32_t k = 0; k < 3; k++)
-        c.at[k] = vertex_of(page, leaf,
-                            is_of_triangles(kind_of(leaf)) ? k * LeafTriangles + primitive % LeafTriangles
-                                                           : first + order[primitive & 1][k],
-                            fraction);
-    return c;
+    const bool changes = page.changes();
+    return with_leaf(page, leaf, [&]<class Leaf>(const Leaf& l) __attribute__((always_inline)) {
+        constexpr bool IsGrid =
+            std::is_same_v<Leaf, Grid32> || std::is_same_v<Leaf, Grid48> || std::is_same_v<Leaf, GridFloat>;
+        Corners c;
+        for (uint32_t k = 0; k < 3; k++) {
+            const uint32_t v =
+                IsGrid ? first + Order[primitive & 1][k] : k * LeafTriangles + primitive % LeafTriangles;
+            c.at[k] = vertex(l, v);
+            if (changes)
+                c.at[k] = c.at[k] + (vertex((&l)[1], v) - c.at[k]) * fraction;
+        }
+        return c;
+    });
+}
+
+} // namespace
+
+Corners corners_of(const Page& page, Ref leaf, uint32_t primitive, float fraction) {
+    return read_corners(page, leaf, primitive, fraction);
 }
 
 Segment segment_of(const Page& page, Ref leaf, uint32_t number, float fraction) {
@@ -101,7 +119,7 @@ Segment segment_of(const Page& page, Ref leaf, uint32_t number, float fraction) 
 
 Vec3f normal_of(const Page& page, const Ray& ray, const Hit& hit, float fraction) {
     if (!is_of_fibres(kind_of(hit.leaf)))
-        return corners_of(page, hit.leaf, hit.primitive, fraction).normal();
+        return read_corners(page, hit.leaf, hit.primitive, fraction).normal();
     const Segment s = segment_of(page, hit.leaf, hit.primitive / 2, fraction);
     Vec3f normal; // from the middle of the ball that was hit
     for (int a = 0; a < 3; a++)
