@@ -237,7 +237,8 @@ class Pager {
 
     // The least that so many bytes take to come: to ask the system costs as much as a hundred rays.
     static Clock::duration time_to_bring(uint64_t bytes) {
-        constexpr uint64_t BytesANanosecond = 64; // 16 pages a fault, on many threads
+        // Large folios: two megabytes a fault, a quarter of a microsecond each, and several threads.
+        constexpr uint64_t BytesANanosecond = 1 << 15;
         return std::min<Clock::duration>(std::chrono::nanoseconds(bytes / BytesANanosecond), 1ms);
     }
     uint64_t resident() const {
