@@ -35,15 +35,28 @@ std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
     return all;
 }
 
+// What holds of the scene as a whole.
+PagesFrom pages_from(const PagesFrom& asked, std::span<const GroupDesc> groups) {
+    uint64_t still = 0, moving = 0;
+    for (const GroupDesc& group : groups)
+        for (const auto& in : group.instances)
+            (in.paths.empty() ? still : moving) += in.size();
+    PagesFrom least = asked;
+    if (still >= least.places && still > moving)
+        least.cells = least.segments = 0;
+    return least;
+}
+
 } // namespace
 
-PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& least,
+PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& asked,
                      uint64_t most_bytes, store::HierarchyFiles* files, Leftovers* leftovers)
     : m_store(store), m_most_bytes(std::min(most_bytes, MostBytes)), m_files(files), m_leftovers(leftovers),
       m_groups(groups.size()) {
     if (groups.empty())
         return;
     const std::vector<Reach> reach = reach_of(groups);
+    const PagesFrom least = pages_from(asked, groups);
     for (size_t g = 0; g < groups.size(); g++) {
         const bool fits = reach[g].bytes < MostBytes;
         if (reach[g].reached)
