@@ -238,7 +238,43 @@ TEST(Instances, TakeFewBytes) {
     groups[0].shapes.push_back({shapes.add_grid(6, 6, patch()), 1});
     groups[1].instances.push_back({0, transforms});
     const uint64_t child = shapes.flat_scene({})->bytes();
-    EXPECT_LT(double(Scene(shapes.store, groups, {}).bytes() - child) / Count, 52);
+    const auto bytes_each = [&](uint64_t pages_from) {
+        const Scene scene(shapes.store, groups, {.pages_from = pages_from});
+        return double(scene.bytes() - child) / Count;
+    };
+    EXPECT_LT(bytes_each(AllInEmbree), 52);
+    EXPECT_LT(bytes_each(0), 32); // a leaf of 16, and nodes
+}
+
+// By default: with many that stand still, and not more that move.
+TEST(Instances, ManyLieInPages) {
+    std::mt19937 g(9);
+    Shapes shapes;
+    const int shape = shapes.add_grid(6, 6, patch());
+    const auto is_in_pages = [&](size_t still, size_t moving) {
+        std::vector<Transform> all;
+        for (size_t i = 0; i < still; i++)
+            all.push_back(random_transform(g, 60, 0.5));
+        std::vector<MotionPath> paths;
+        for (size_t i = 0; i < moving; i++) {
+            const Transform at = random_transform(g, 60, 0.5);
+            const TransformKey keys[] = {{0, at}, {1, Transform::translate(1, 0, 0) * at}};
+            paths.emplace_back(keys);
+        }
+        const auto transforms = flatten(all);
+        std::vector<GroupDesc> groups(2);
+        groups[0].shapes.push_back({shape, 1});
+        if (still > 0)
+            groups[1].instances.push_back({0, transforms});
+        if (moving > 0)
+            groups[1].instances.push_back({0, {}, paths});
+        return Scene(shapes.store, groups, {}).page_bytes().built > 0;
+    };
+    EXPECT_FALSE(is_in_pages(4095, 0));
+    EXPECT_TRUE(is_in_pages(4096, 0));
+    EXPECT_TRUE(is_in_pages(4096, 4095));
+    EXPECT_FALSE(is_in_pages(4096, 4096));
+    EXPECT_FALSE(is_in_pages(0, 5000));
 }
 
 // A group that is more than a page may hold takes several, on one lattice: the same hits to the bit, alone
