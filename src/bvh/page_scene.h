@@ -8,6 +8,7 @@
 
 #include "base/digest.h"
 #include "bvh/bvh.h"
+#include "bvh/few_triangles.h"
 #include "bvh/matrix.h"
 #include "bvh/presence.h"
 #include "hierarchy/build.h"
@@ -118,6 +119,14 @@ class PageScene {
         float u, v;
         bool partly;
     };
+    struct Triangle { // of a page
+        int shape, prim;
+        bool flips; // the second of a quad: u and v begin at the corner on the other side
+        bool partly;
+        int column, row, columns, rows; // of its cell in the shape's grid; of a mesh there is one
+
+        Place at(float u, float v) const;
+    };
     class Presence;
 
     // Where a hit lies; tells step(run, number in the run) of each instance on the way.
@@ -135,6 +144,8 @@ class PageScene {
                    KeptPages& kept);
     Own number_shapes(const store::Store& store, std::span<const int> shapes);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
+    Triangle triangle_of(const Own& own, uint32_t name) const;
+    std::unique_ptr<FewTriangles> few_triangles() const;     // null: it is more
     uint32_t interval_of(const hierarchy::Page& page) const; // of time, that what changes has the page for
     template <int W>
     void put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hit,
@@ -157,7 +168,8 @@ class PageScene {
     uint64_t m_kept_pages = 0;
     hierarchy::World m_world;
     uint32_t m_root = None;
-    bool m_partly = false; // something is there for some rays alone
+    std::unique_ptr<FewTriangles> m_few; // all of it, where that is no more
+    bool m_partly = false;               // something is there for some rays alone
 };
 
 } // namespace kanuka::bvh

@@ -87,6 +87,12 @@ inline ExactHit exact_hit(const float (&x)[3], const float (&y)[3], const float 
     return {float(depth / sum * double(per_z)), float(weight[1] / sum), float(weight[2] / sum)};
 }
 
+// What rays have to do with distances, in lanes: of one ray all are the same.
+template <int W>
+struct DepthRange {
+    Float<W> per_z, t_min, t_max; // as in TracedRay
+};
+
 // Where the ray passes through triangles, for lanes of `inside`: distances, weights of the second and third
 // corner. Takes lanes out that are hit elsewhere than on the ray.
 template <int W>
@@ -96,15 +102,19 @@ struct Depths {
 
     // Weights and depths of the corners.
     Depths(const TracedRay& ray, uint32_t inside, const Seen<W> (&corner)[3], const Float<W> (&weight)[3],
+           const Float<W> (&z)[3])
+        : Depths(DepthRange<W>{Float<W>(ray.per_z), Float<W>(ray.t_min), Float<W>(ray.t_max)}, inside, corner,
+                 weight, z) {}
+    Depths(const DepthRange<W>& ray, uint32_t inside, const Seen<W> (&corner)[3], const Float<W> (&weight)[3],
            const Float<W> (&z)[3]) {
         const Float<W> sum = weight[0] + weight[1] + weight[2];
         const Float<W> depth = fma(weight[2], z[2], fma(weight[1], z[1], weight[0] * z[0]));
-        t = depth * Float<W>(ray.per_z) / sum;
+        t = depth * ray.per_z / sum;
         u = weight[1] / sum, v = weight[2] / sum;
         const uint32_t rough = inside & ~(rounding_squared(corner, z, sum) < depth * depth).bits();
         if (rough != 0)
-            mend(ray, rough, corner, z);
-        hit = inside & ((t >= Float<W>(ray.t_min)) & (t <= Float<W>(ray.t_max))).bits();
+            mend(ray.per_z, rough, corner, z);
+        hit = inside & ((t >= ray.t_min) & (t <= ray.t_max)).bits();
     }
 
   private:
@@ -119,7 +129,7 @@ struct Depths {
         return product * fma(z12, z12, fma(z01, z01, x + y));
     }
     // Lanes whose weights are mostly rounding, as are those of slivers.
-    [[gnu::noinline]] void mend(const TracedRay& ray, uint32_t lanes, const Seen<W> (&corner)[3],
+    [[gnu::noinline]] void mend(Float<W> per_z, uint32_t lanes, const Seen<W> (&corner)[3],
                                 const Float<W> (&z)[3]) {
         alignas(64) float x[3][W], y[3][W], depth[3][W], of_t[W], of_u[W], of_v[W];
         for (int c = 0; c < 3; c++)
@@ -128,7 +138,7 @@ struct Depths {
         for (uint32_t m = lanes; m != 0; m &= m - 1) {
             const int i = __builtin_ctz(m);
             const ExactHit h = exact_hit({x[0][i], x[1][i], x[2][i]}, {y[0][i], y[1][i], y[2][i]},
-                                         {depth[0][i], depth[1][i], depth[2][i]}, ray.per_z);
+                                         {depth[0][i], depth[1][i], depth[2][i]}, per_z[i]);
             of_t[i] = h.t, of_u[i] = h.u, of_v[i] = h.v;
         }
         t = Float<W>::load(of_t), u = Float<W>::load(of_u), v = Float<W>::load(of_v);
