@@ -29,6 +29,7 @@ enum class Kind : uint32_t {
     Instance = Count, // a place of another page (instances.h): levels of them are made in memory
     Moving,           // likewise, where some of a node's eight move
     Changing,         // ChangingNode, of pages of shapes that change
+    MovingNodes,      // ChangingNode, of levels: where some of what is below moves
     End               // of stacks alone: nothing is left to look at in the page
 };
 
@@ -40,6 +41,14 @@ constexpr bool is_of_fibres(Kind kind) {
 }
 constexpr bool is_of_grids(Kind kind) {
     return kind >= Kind::Grid32 && kind <= Kind::GridFloat;
+}
+
+constexpr bool is_of_ends(Kind kind) { // ChangingNode
+    return kind == Kind::Changing || kind == Kind::MovingNodes;
+}
+
+constexpr bool is_of_nodes(Kind kind) {
+    return kind == Kind::Nodes || is_of_ends(kind);
 }
 
 // What the stack of a ray holds: a kind in the upper four bits, an offset in units below.
@@ -69,8 +78,8 @@ struct alignas(64) Node {
 };
 static_assert(sizeof(Node) == 64);
 
-// Shapes that change, in an interval of time along which their vertices go straight: as they are when it
-// begins, and when it ends. Both have the same children, whose leaves are two likewise, of one kind.
+// Boxes that go straight in an interval of time: as they are when it begins, and when it ends. Both have the
+// same children. Of shapes that change these are leaves that are two likewise, of one kind.
 struct ChangingNode {
     Node begin, end;
 };
@@ -180,9 +189,9 @@ struct FibreFloat {
 static_assert(sizeof(FibreFloat) == 240);
 
 // Units from a child to the next, by kind.
-inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 1, 6, 8};
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 1, 6, 8, 8};
 inline uint32_t Children::stride(uint32_t ends) const {
-    return UnitsOf[uint32_t(kind)] * (kind == Kind::Changing ? 1 : ends);
+    return UnitsOf[uint32_t(kind)] * (is_of_ends(kind) ? 1 : ends);
 }
 inline Ref Children::ref(uint32_t place, uint32_t ends) const {
     return uint32_t(kind) << KindShift | (offset + place * stride(ends));
@@ -198,6 +207,7 @@ static_assert(UnitsOf[int(Kind::Fibre32)] * UnitBytes == sizeof(Fibre32));
 static_assert(UnitsOf[int(Kind::Fibre48)] * UnitBytes == sizeof(Fibre48));
 static_assert(UnitsOf[int(Kind::FibreFloat)] * UnitBytes == sizeof(FibreFloat));
 static_assert(UnitsOf[int(Kind::Changing)] * UnitBytes == sizeof(ChangingNode));
+static_assert(UnitsOf[int(Kind::MovingNodes)] * UnitBytes == sizeof(ChangingNode));
 // Names of a leaf: one of grids, one a face or segment of others.
 constexpr uint32_t names_of_leaf(Kind kind) {
     return is_of_grids(kind) ? 1 : 8;

@@ -32,34 +32,43 @@ Axis fit_axis(float lo, float hi) {
 
 class Collapse {
   public:
-    // `groups`: of each branch that is a leaf.
+    // `groups`: of each branch that is a leaf. `moves`: of each group; none = all do where `at_ends` is
+    // there.
     Collapse(const SplitTree& tree, LargeVector<uint32_t> groups, size_t nodes_at,
-             const BoxesAtEnds* at_ends = nullptr)
+             const BoxesAtEnds* at_ends = nullptr, std::span<const uint8_t> moves = {})
         : m_tree(tree), m_groups(std::move(groups)), m_first_unit(uint32_t(nodes_at / UnitBytes)),
-          m_ends(at_ends ? 2 : 1) {
+          m_two(moves.empty() ? Kind::Changing : Kind::MovingNodes) {
         m_out.leaf_at.resize((tree.branches.size() + 1) / 2);
+        m_out.leaf_ends.resize(m_out.leaf_at.size());
         if (at_ends)
-            measure(*at_ends);
+            measure(*at_ends, moves);
     }
     NodeTree run() {
+        const uint32_t ends = ends_of(0);
         // A node for each group and, as a rule, less than a fourth of them above.
-        m_out.nodes.reserve(m_ends * (m_out.leaf_at.size() + m_out.leaf_at.size() / 4 + 1));
-        m_out.nodes.resize(m_ends);
-        write(0, 0, 0);
+        m_out.nodes.reserve(ends * (m_out.leaf_at.size() + m_out.leaf_at.size() / 4 + 1));
+        m_out.nodes.resize(ends);
+        m_out.root = kind_of(ends);
+        write(0, 0, 0, ends);
         return std::move(m_out);
     }
 
   private:
     using Branch = SplitTree::Branch;
     const Branch& branch(int32_t i) const { return m_tree.branches[size_t(i)]; }
+    Kind kind_of(uint32_t ends) const { return ends == 1 ? Kind::Nodes : m_two; }
+    // Of a node: 2 where it has to be of two ends.
+    uint32_t ends_of(int32_t of) const { return m_moves.empty() ? 1 : 1 + m_moves[size_t(of)]; }
     Bounds3f box(int32_t of, uint32_t end) const {
-        return m_ends == 1 ? branch(of).box() : m_box[end][size_t(of)];
+        return m_box[0].empty() ? branch(of).box() : m_box[end][size_t(of)];
     }
-    void measure(const BoxesAtEnds& at_ends) {
-        for (size_t end = 0; end < 2; end++) {
+    void measure(const BoxesAtEnds& at_ends, std::span<const uint8_t> moves) {
+        m_moves.resize(m_tree.branches.size());
+        for (size_t end = 0; end < 2; end++)
             m_box[end].resize(m_tree.branches.size());
-            for (size_t b = m_tree.branches.size(); b-- > 0;) { // children come after their parent
-                const Branch& of = m_tree.branches[b];
+        for (size_t b = m_tree.branches.size(); b-- > 0;) { // children come after their parent
+            const Branch& of = m_tree.branches[b];
+            for (size_t end = 0; end < 2; end++) {
                 Bounds3f& all = m_box[end][b];
                 if (of.left < 0) {
                     all = at_ends[end][m_groups[b]];
@@ -68,12 +77,19 @@ class Collapse {
                 all = m_box[end][size_t(of.left)];
                 all.extend(m_box[end][size_t(of.right)]);
             }
+            if (moves.empty())
+                m_moves[b] = 1;
+            else
+                m_moves[b] =
+                    of.left < 0 ? moves[m_groups[b]] : m_moves[size_t(of.left)] | m_moves[size_t(of.right)];
         }
     }
 
-    void write(int32_t of, uint32_t at, int depth) {
+    // `ends` of the node itself, which stands at `at`.
+    void write(int32_t of, uint32_t at, int depth, uint32_t ends) {
         if (branch(of).left < 0) {
             m_out.leaf_at[m_groups[size_t(of)]] = at;
+            m_out.leaf_ends[m_groups[size_t(of)]] = uint8_t(ends);
             return;
         }
         // Opens the largest child until there are eight; or, where the tree is too high to end within
@@ -95,23 +111,27 @@ class Collapse {
             const Branch& b = branch(child[best]);
             child[best] = b.left, child[g.count++] = b.right;
         }
+        uint32_t child_ends = 1; // children are of one kind
+        for (int i = 0; i < g.count; i++)
+            child_ends = std::max(child_ends, ends_of(child[i]));
         const uint32_t first = uint32_t(m_out.nodes.size());
-        m_out.nodes.resize(first + g.count * m_ends);
+        m_out.nodes.resize(first + g.count * child_ends);
         const uint32_t unit = m_first_unit + first * UnitsOf[int(Kind::Nodes)];
-        for (uint32_t end = 0; end < m_ends; end++) {
+        for (uint32_t end = 0; end < ends; end++) {
             for (int i = 0; i < g.count; i++)
                 g.box[i] = box(child[i], end);
-            write_node(m_out.nodes[at + end], g,
-                       Children{m_ends == 1 ? Kind::Nodes : Kind::Changing, g.count, unit}.word());
+            write_node(m_out.nodes[at + end], g, Children{kind_of(child_ends), g.count, unit}.word());
         }
         for (uint32_t i = 0; i < g.count; i++)
-            write(child[i], first + i * m_ends, depth + 1);
+            write(child[i], first + i * child_ends, depth + 1, child_ends);
     }
 
     const SplitTree& m_tree;
     const LargeVector<uint32_t> m_groups;
-    uint32_t m_first_unit, m_ends;
-    BoxesAtEnds m_box; // of branches
+    uint32_t m_first_unit;
+    Kind m_two;                   // which kind nodes have that are two
+    BoxesAtEnds m_box;            // of branches; none where nothing changes
+    LargeVector<uint8_t> m_moves; // something in a branch does
     NodeTree m_out;
 };
 
@@ -149,7 +169,7 @@ NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at, const BoxesA
     return Collapse(tree, std::move(numbers), nodes_at, at_ends).run();
 }
 
-NodeTree make_nodes(const SplitTree& tree, size_t nodes_at) {
+NodeTree make_nodes(const SplitTree& tree, size_t nodes_at, const MovingGroups* moving) {
     if (tree.branches.empty())
         return {};
     LargeVector<uint32_t> numbers(tree.branches.size());
@@ -157,7 +177,9 @@ NodeTree make_nodes(const SplitTree& tree, size_t nodes_at) {
     for (size_t b = 0; b < numbers.size(); b++)
         if (tree.branches[b].left < 0)
             numbers[b] = next++;
-    return Collapse(tree, std::move(numbers), nodes_at).run();
+    if (!moving)
+        return Collapse(tree, std::move(numbers), nodes_at).run();
+    return Collapse(tree, std::move(numbers), nodes_at, &moving->at_ends, moving->moves).run();
 }
 
 Bounds3f box_of_child(const Node& node, int child) {

@@ -79,13 +79,14 @@ class RayQueue {
             wait(*now, slots[i]);
         while (now->any()) {
             then->clear();
-            meet_nodes<Node>(now->of(Waiting::Node), *then);
+            meet_nodes<Node, 1>(now->of(Waiting::Node), *then);
             for (Slot* s : now->of(Waiting::Leaf)) {
                 meet_leaf(*s, s->stack.pop());
                 wait(*then, *s);
             }
             if constexpr (Levels > 1) {
-                meet_nodes<ChangingNode>(now->of(Waiting::ChangingNode), *then);
+                meet_nodes<ChangingNode, 2>(now->of(Waiting::ChangingNode), *then);
+                meet_nodes<ChangingNode, 1>(now->of(Waiting::MovingNode), *then);
                 for (Slot* s : now->of(Waiting::Instance))
                     meet_instance(*s, *then);
                 for (Slot* s : now->of(Waiting::InstanceFetched)) {
@@ -115,9 +116,9 @@ class RayQueue {
     // In three loops. A ray at a node waits for the result of each operation before the next, a hundred
     // cycles in all, and what others do meanwhile is as much as the processor looks ahead: of short steps
     // more rays.
-    template <class NodeKind>
+    // Ends: 2 where leaves are as an interval begins and as it ends.
+    template <class NodeKind, uint32_t Ends>
     void meet_nodes(std::span<Slot* const> slots, Waiting& then) {
-        constexpr uint32_t Ends = std::is_same_v<NodeKind, Node> ? 1 : 2;
         const NodeKind* node[Slots];
         PlanesAlong<NodeKind> planes[Slots];
         Entered entered[Slots];
@@ -147,7 +148,7 @@ class RayQueue {
         const Ref root = m_root.header().root;
         while (m_next < m_alone.size()) {
             const uint32_t number = m_alone[m_next++];
-            s.start(m_root, m_rays[number], number);
+            s.start(m_root, m_rays[number], number, m_times.empty() ? 0 : shutter_time(m_times[number]));
             if (s.in->traced.traceable && root != NoRef) {
                 s.stack.start(root);
                 return true;
@@ -166,7 +167,6 @@ class RayQueue {
         waiting.add(s, kind_of(ref));
     }
 
-    float time_of(const Slot& s) const { return m_times.empty() ? 0 : shutter_time(m_times[s.number]); }
     // What stands at a place. Its matrix is fetched before: other rays go on meanwhile.
     void meet_instance(Slot& s, Waiting& then) {
         const InstanceLeaf& place = s.in->page.template at<InstanceLeaf>(s.stack.top());
@@ -202,13 +202,13 @@ class RayQueue {
         if (sees(s, moving.place)) {
             if (moving.stands_still())
                 return reach_instance(s, moving.place, then);
-            if (const float time = time_of(s); moving.is_met_by(s.in->traced, time)) {
+            if (moving.is_met_by(s.in->traced, s.time)) {
                 if (!moving.changes()) {
                     moving.fetch_path();
                     return then.add(s, Waiting::MovingFetched);
                 }
                 s.stack.pop();
-                enter_interval(s, moving, time);
+                enter_interval(s, moving);
                 return wait(then, s);
             }
         }
@@ -217,12 +217,12 @@ class RayQueue {
     }
     void enter_moving(Slot& s, Ref leaf) {
         const MovingLeaf& moving = s.in->page.template at<MovingLeaf>(leaf);
-        if (const PageFromWorld inward = moving.page_from_world(time_of(s)); inward.is_held())
+        if (const PageFromWorld inward = moving.page_from_world(s.time); inward.is_held())
             s.enter(moving.place.number, inward.inner(s.in->ray, s.in->traced.t_max),
                     m_pages[m_runs[moving.place.run].page]);
     }
-    void enter_interval(Slot& s, const MovingLeaf& changing, float time) {
-        const Interval interval(time, changing.times - 1);
+    void enter_interval(Slot& s, const MovingLeaf& changing) {
+        const Interval interval(s.time, changing.times - 1);
         const Page& page = m_pages[m_runs[changing.place.run].page + interval.number];
         if (page.header().root != NoRef) // else all of it is nowhere meanwhile
             s.enter(changing.place.number, page, interval.fraction);

@@ -77,14 +77,15 @@ struct Frame {
     Page page;
     int outer;          // what the stack needs to come back from it
     bool has_changing;  // shapes that change:
-    float fraction = 0; // as they are so far into the interval of the page
+    float fraction = 0; // as they are so far into the interval of the page; of levels, the time
 };
 
 // Levels: how deep pages may stand in pages, themselves counted.
 template <int Levels>
 struct alignas(64) Slot {
     Hit hit;
-    size_t number; // of the ray
+    size_t number; // of the ray,
+    float time;    // and when it is, from 0 to 1
     Frame* in;     // the page that it is in; those before are around it
     InstancePath at, of_hit;
     Frame frame[Levels];
@@ -94,12 +95,12 @@ struct alignas(64) Slot {
     const InstancePath& path() const { return Levels > 1 ? at : InstancePath::none(); }
     const InstancePath& path_of_hit() const { return Levels > 1 ? of_hit : InstancePath::none(); }
 
-    void start(const Page& root, const Ray& ray, size_t ray_number) {
+    void start(const Page& root, const Ray& ray, size_t ray_number, float at_time) {
         in = frame;
         in->traced = TracedRay(ray);
-        in->ray = ray, in->page = root, in->has_changing = false;
+        in->ray = ray, in->page = root, in->has_changing = false, in->fraction = at_time;
         hit = {}, hit.t = ray.t_max;
-        number = ray_number;
+        number = ray_number, time = at_time;
         if constexpr (Levels > 1)
             at = of_hit = {};
     }
@@ -109,10 +110,12 @@ struct alignas(64) Slot {
         in[1].ray = inner;
         in[1].traced = TracedRay(inner);
         if (in[1].traced.traceable)
-            go_on(place, page, 0);
+            go_on(place, page, time);
     }
-    // Which lies in the level as it is. `fraction`: of the page's interval of time, where it changes.
-    void enter(uint32_t place, const Page& page, float fraction = 0) {
+    // Which lies in the level as it is.
+    void enter(uint32_t place, const Page& page) { enter(place, page, time); }
+    // Likewise, of what changes: so far into the page's interval of time.
+    void enter(uint32_t place, const Page& page, float fraction) {
         in[1].ray = in->ray, in[1].traced = in->traced;
         go_on(place, page, fraction);
     }
@@ -151,6 +154,7 @@ class Waiting {
         Node,
         Leaf,
         ChangingNode,
+        MovingNode,
         Instance,
         InstanceFetched,
         Moving,
@@ -173,8 +177,8 @@ class Waiting {
     }
 
   private:
-    static constexpr Next next_of[16] = {Node, Leaf, Leaf,     Leaf,   Leaf,         Leaf, Leaf, Leaf,
-                                         Leaf, Leaf, Instance, Moving, ChangingNode, End,  End,  End};
+    static constexpr Next next_of[16] = {Node, Leaf, Leaf,     Leaf,   Leaf,         Leaf,       Leaf, Leaf,
+                                         Leaf, Leaf, Instance, Moving, ChangingNode, MovingNode, End,  End};
     bool m_any = false;
     int m_count[Kinds] = {};
     Slot<Levels>* m_slot[Kinds][Slots];

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 
 #include "base/tasks.h"
 #include "hierarchy/instances.h"
@@ -26,9 +27,11 @@ double half_areas(const Node& node);
 // The nodes of a level; children come behind their parent.
 class LevelNodes {
   public:
-    explicit LevelNodes(PageMemory& memory) : m_bytes(reinterpret_cast<uint8_t*>(memory.data())) {}
+    explicit LevelNodes(PageMemory& memory);
     Header& header() const { return *reinterpret_cast<Header*>(m_bytes); }
     size_t size() const { return header().node_bytes / sizeof(Node); }
+    // Of a node 1; 2 where the next is its box as the interval ends; and of that 0.
+    uint32_t ends(size_t i) const { return m_ends[i]; }
     Node& operator[](size_t i) const { return reinterpret_cast<Node*>(m_bytes + header().nodes)[i]; }
     size_t number(const Children& nodes) const { // of the first
         return (size_t(nodes.offset) * UnitBytes - header().nodes) / sizeof(Node);
@@ -40,14 +43,18 @@ class LevelNodes {
 
   private:
     uint8_t* m_bytes;
+    std::vector<uint8_t> m_ends;
 };
 
 // Boxes of inner nodes, and of the whole, from those of the nodes above leaves. Returns the areas that they
 // had, and have.
-std::pair<double, double> refit_inner(const LevelNodes& nodes, std::span<Bounds3f> boxes);
+std::pair<double, double> refit_inner(const LevelNodes& nodes, std::span<BoxOfEnds> boxes);
+
+// Gives a node, with its other end, the boxes of its children. Returns the areas that they had, and have.
+std::pair<double, double> rewrite(const LevelNodes& nodes, size_t n, Group& group, const BoxOfEnds (&box)[8]);
 
 // Puts instances where they stand now. False: another tree has to be made, and this one is of no use any
-// more. `instances` tells of one by its number: look(i, box) whether it stands, and in which box;
+// more. `instances` tells of one by its number: look(i, box) whether it stands, and in which BoxOfEnds;
 // moves(i); write(i, leaf). The same bytes for any number of threads, but for addresses.
 template <class Instances>
 bool refit(Level& level, const Instances& instances) {
@@ -60,17 +67,16 @@ bool refit(Level& level, const Instances& instances) {
         double before = 0, now = 0; // areas
     };
     std::vector<Part> parts((nodes.size() + NodesATask - 1) / NodesATask);
-    LargeVector<Bounds3f> boxes(nodes.size());
+    LargeVector<BoxOfEnds> boxes(nodes.size());
     std::atomic<bool> fits{true};
-    const auto write = [&]<class Leaf>(Leaf* leaves, Group& group) {
+    const auto write = [&]<class Leaf>(Leaf* leaves, const Group& group, BoxOfEnds(&box)[8]) {
         for (size_t i = 0; i < group.count; i++) {
             uint32_t number = 0;
             if constexpr (std::is_same_v<Leaf, MovingLeaf>)
                 number = leaves[i].place.number;
             else
                 number = leaves[i].number;
-            if ((group.kind == Kind::Instance && instances.moves(number)) ||
-                !instances.look(number, group.box[i]))
+            if ((group.kind == Kind::Instance && instances.moves(number)) || !instances.look(number, box[i]))
                 return false;
             instances.write(number, leaves[i]);
         }
@@ -80,19 +86,21 @@ bool refit(Level& level, const Instances& instances) {
         Part& part = parts[begin / NodesATask];
         for (size_t n = begin; n < end && fits; n++) {
             const Children children = Children::of(nodes[n].children);
-            if (children.kind == Kind::Nodes)
+            if (nodes.ends(n) == 0 || is_of_nodes(children.kind))
                 continue;
             Group group{children.kind, uint8_t(children.count)};
-            if (!(children.kind == Kind::Moving ? write(nodes.leaves<MovingLeaf>(children), group)
-                                                : write(nodes.leaves<InstanceLeaf>(children), group))) {
+            BoxOfEnds box[8];
+            if (!(children.kind == Kind::Moving ? write(nodes.leaves<MovingLeaf>(children), group, box)
+                                                : write(nodes.leaves<InstanceLeaf>(children), group, box)) ||
+                (nodes.ends(n) == 1 && std::any_of(box, box + group.count, std::mem_fn(&BoxOfEnds::moves)))) {
                 fits = false;
                 return;
             }
             part.leaves += group.count;
-            part.before += half_areas(nodes[n]);
-            write_node(nodes[n], group, nodes[n].children);
-            part.now += half_areas(nodes[n]);
-            boxes[n] = group.bounds();
+            const auto [before, now] = rewrite(nodes, n, group, box);
+            part.before += before, part.now += now;
+            for (size_t i = 0; i < group.count; i++)
+                boxes[n].begin.extend(box[i].begin), boxes[n].end.extend(box[i].end);
         }
     });
     Part all;

@@ -91,6 +91,30 @@ void bound(std::span<const Page> pages, std::span<Bounds3f> at) {
     }
 }
 
+// Two boxes between which all that are given, at as many even times, lie where they go straight meanwhile.
+BoxOfEnds straight(std::span<const Bounds3f> at) {
+    BoxOfEnds ends{at.front(), at.back()};
+    const double steps = double(at.size() - 1);
+    for (int a = 0; a < 3; a++) {
+        double below = 0, above = 0; // how far others stand out
+        for (size_t k = 1; k + 1 < at.size(); k++) {
+            const double f = double(k) / steps;
+            const auto between = [&](float begin, float end) {
+                return double(begin) + (double(end) - double(begin)) * f;
+            };
+            below = std::max(below, between(ends.begin.lo[a], ends.end.lo[a]) - double(at[k].lo[a]));
+            above = std::max(above, double(at[k].hi[a]) - between(ends.begin.hi[a], ends.end.hi[a]));
+        }
+        for (Bounds3f* end : {&ends.begin, &ends.end}) {
+            if (below > 0)
+                end->lo[a] = std::nextafter(float(double(end->lo[a]) - below), -INFINITY);
+            if (above > 0)
+                end->hi[a] = std::nextafter(float(double(end->hi[a]) + above), INFINITY);
+        }
+    }
+    return ends;
+}
+
 // Of the instances of a level that move or change: their boxes at the times that each needs, one behind the
 // other.
 struct Boxes {
@@ -186,10 +210,10 @@ class Standing {
         : m_pages(pages), m_reaches(reaches), m_boxes(boxes), m_placement_of(placement_of) {}
 
     enum class State : uint8_t { Nothing, LeftOut, Stands }; // Nothing: of an empty page
-    State state(size_t i, Bounds3f& box) const {
+    State state(size_t i, BoxOfEnds& ends) const {
         const Placed p = m_placement_of(i);
         const std::span<const Page> pages = m_pages.subspan(p.page, std::max(p.intervals, 1u));
-        box = {};
+        Bounds3f box;
         for (const Page& page : pages)
             if (page.header().root != NoRef)
                 box.extend(page.bounds());
@@ -198,19 +222,22 @@ class Standing {
         bool is_there = true;
         if (moves(i)) {
             if (p.path)
-                p.path->bound(std::exchange(box, {}), m_boxes.of(i));
+                p.path->bound(box, m_boxes.of(i));
             else
                 bound(pages, m_boxes.of(i));
             for (const Bounds3f& at : m_boxes.of(i))
-                is_there &= is_somewhere(at.lo) && is_somewhere(at.hi), box.extend(at);
+                is_there &= is_somewhere(at.lo) && is_somewhere(at.hi);
+            if (is_there)
+                ends = straight(m_boxes.of(i));
         } else {
             if (!p.stays)
                 box = m_reaches.box(p.page, transform_of(p.rows), box);
             is_there = stands(p) && is_somewhere(box.lo) && is_somewhere(box.hi);
+            ends = {box, box};
         }
         return is_there ? State::Stands : State::LeftOut;
     }
-    bool look(size_t i, Bounds3f& box) const { return state(i, box) == State::Stands; }
+    bool look(size_t i, BoxOfEnds& ends) const { return state(i, ends) == State::Stands; }
     bool moves(size_t i) const { return m_boxes.move(i); }
     void write(uint32_t i, InstanceLeaf& leaf) const { leaf = leaf_of(m_placement_of(i), i); }
     void write(uint32_t i, MovingLeaf& leaf) const { leaf = m_boxes.moving_leaf(m_placement_of(i), i); }
@@ -222,26 +249,43 @@ class Standing {
     const PlacementOf& m_placement_of;
 };
 
+// `ends`: of each instance, where some move; else none.
 template <class Instances>
-PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
+PageMemory build_level(LargeVector<Item> items, const Instances& instances, std::span<const BoxOfEnds> ends) {
     SplitTree order = items.empty() ? SplitTree() : split_all(std::move(items), 8);
     Header h{};
     h.magic = Magic, h.version = Version;
     h.nodes = sizeof(Header);
     uint64_t eights_end = h.nodes;
     const LargeVector<Eight> eights = eights_of(order, instances, eights_end);
+    const auto box_of = [&](const Item& item, int end) {
+        return ends.empty() ? item.bounds() : end == 0 ? ends[item.index()].begin : ends[item.index()].end;
+    };
+    MovingGroups moving;
     Bounds3f bounds;
     if (!eights.empty()) {
         h.nodes = eights_end;
         bounds = order.branches[0].box();
     }
-    NodeTree tree = make_nodes(order, h.nodes);
+    if (!ends.empty()) {
+        for (LargeVector<Bounds3f>& boxes : moving.at_ends)
+            boxes.resize(eights.size());
+        moving.moves.resize(eights.size());
+        for (size_t k = 0; k < eights.size(); k++)
+            for (uint32_t i = eights[k].begin; i < eights[k].begin + eights[k].count; i++) {
+                const BoxOfEnds& box = ends[order.items[i].index()];
+                moving.at_ends[0][k].extend(box.begin), moving.at_ends[1][k].extend(box.end);
+                moving.moves[k] |= box.moves();
+                bounds.extend(box.all());
+            }
+    }
+    NodeTree tree = make_nodes(order, h.nodes, ends.empty() ? nullptr : &moving);
     order.branches = {};
     h.node_bytes = tree.nodes.size() * sizeof(Node);
     h.bytes = h.nodes + h.node_bytes;
     if (h.bytes + PaddingBytes > Children::MostBytes)
         throw Error("a level of instances of the ray tracer is larger than 2 GiB");
-    h.root = eights.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
+    h.root = eights.empty() ? NoRef : make_ref(tree.root, h.nodes);
     for (int a = 0; a < 3; a++)
         h.lower[a] = bounds.lo[a], h.upper[a] = bounds.hi[a];
 
@@ -255,14 +299,17 @@ PageMemory build_level(LargeVector<Item> items, const Instances& instances) {
             std::memset(bytes + e.at + e.bytes(), 0, e.end() - e.at - e.bytes());
             for (uint32_t i = 0; i < e.count; i++) {
                 const Item& item = order.items[e.begin + i];
-                group.box[i] = item.bounds();
                 if (e.kind == Kind::Moving)
                     instances.write(item.index(), reinterpret_cast<MovingLeaf*>(bytes + e.at)[i]);
                 else
                     instances.write(item.index(), reinterpret_cast<InstanceLeaf*>(bytes + e.at)[i]);
             }
-            write_node(tree.nodes[tree.leaf_at[k]], group,
-                       Children{e.kind, e.count, uint32_t(e.at / UnitBytes)}.word());
+            for (int end = 0; end < tree.leaf_ends[k]; end++) {
+                for (uint32_t i = 0; i < e.count; i++)
+                    group.box[i] = box_of(order.items[e.begin + i], end);
+                write_node(tree.nodes[tree.leaf_at[k] + uint32_t(end)], group,
+                           Children{e.kind, e.count, uint32_t(e.at / UnitBytes)}.word());
+            }
         }
     });
     if (!tree.nodes.empty())
@@ -288,15 +335,18 @@ int World::nesting_of(uint32_t page) const {
 }
 
 template <class Instances>
-PageMemory World::build(size_t count, const Instances& instances) {
+PageMemory World::build(size_t count, const Instances& instances, bool moves) {
     using State = Instances::State;
     LargeVector<Item> items(count);
     LargeVector<State> states(count);
+    LargeVector<BoxOfEnds> ends(moves ? count : 0);
     tasks::parallel_chunks(count, m_moves ? 256 : PlacesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
-            Bounds3f box;
+            BoxOfEnds box;
             states[i] = instances.state(i, box);
-            items[i] = Item(box, uint32_t(i));
+            items[i] = Item(moves ? halfway(box.begin, box.end) : box.begin, uint32_t(i));
+            if (moves)
+                ends[i] = box;
         }
     });
     size_t kept =
@@ -307,7 +357,7 @@ PageMemory World::build(size_t count, const Instances& instances) {
             items[kept++] = items[i];
     }
     items.resize(kept);
-    return build_level(std::move(items), instances);
+    return build_level(std::move(items), instances, ends);
 }
 
 template <class PlacementOf>
@@ -328,7 +378,7 @@ uint32_t World::add_level(size_t count, std::span<const size_t> places, int nest
     } else {
         if (before)
             *before = {}; // there is room for another then
-        m_levels.push_back({build(count, standing), count});
+        m_levels.push_back({build(count, standing, moves), count});
     }
     if (!boxes.have_room)
         m_boxes.push_back(std::move(boxes.boxes));

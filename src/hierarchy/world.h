@@ -65,7 +65,7 @@ class World {
     uint32_t add_level(size_t count, std::span<const size_t> places, int nesting, bool moves,
                        const PlacementOf& placement_of, Level* before); // `places`: of each page
     template <class Instances>
-    PageMemory build(size_t count, const Instances& instances);
+    PageMemory build(size_t count, const Instances& instances, bool moves);
     int nesting_of(uint32_t page) const; // of a level that it stands in
     std::vector<Page> m_pages;
     std::vector<Placements> m_runs;
