@@ -1,5 +1,5 @@
-// Instances that move, or grids that change, beside the same ones that stand still, in pages and in Embree,
-// by the queries of the renderer: time a ray, and bytes.
+// Instances that move, or grids that change, beside the same ones standing still as they are halfway, in
+// pages and in Embree, by the queries of the renderer: time a ray, and bytes.
 //
 //     moving_bench [--instances=N] [--rays=N] [--rounds=N] [--turn=DEGREES] [--travel=UNITS] [--json]
 //     moving_bench --cells=N [--times=N] [--rays=N] [--rounds=N] [--travel=UNITS] [--json]
@@ -7,8 +7,8 @@
 // Each thing is two units wide; it travels in a direction of its own and turns about an axis of its own.
 // `--cells`: a terrain instead, 250 units wide, whose waves travel, given at so many times (2). Two
 // threads build and one traces, whose time counts; rounds go through all scenes in turn, figures are medians,
-// of ratios too. Rays of one time are traced too: what remains is what it costs to make the way anew, and
-// what is left out is that boxes of a whole way are larger.
+// of ratios too. Rays have random times, and bounces start where rays of theirs hit. "At once": all rays are
+// those through what stands still, and halfway.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -24,6 +24,8 @@ using namespace kanuka::bvh;
 using namespace kanuka::bvh::testing;
 
 namespace {
+
+constexpr float Halfway = 0.5f; // of the shutter
 
 struct Settings {
     size_t instances = 100000, rays = 65536;
@@ -52,9 +54,9 @@ struct Forest {
                 {0, stands},
                 {1, Transform::translate(s.travel * u(g), s.travel * u(g), s.travel * u(g)) * stands *
                         Transform::rotate(s.turn, u(g), u(g), u(g))}};
-            for (size_t k = 0; k < 12; k++)
-                still.push_back(float(stands.m[k / 4][k % 4]));
             paths.emplace_back(keys);
+            still.resize(12 * paths.size());
+            paths.back().at(Halfway, &still[12 * i]);
         }
     }
 };
@@ -92,7 +94,7 @@ void add_terrain(Shapes& shapes, const Settings& s, bool changes) {
     for (int v = 0; v < across; v++)
         for (int u = 0; u < across; u++) {
             std::vector<std::vector<Vec3f>> steps;
-            for (int k = 0; k < (changes ? s.times : 1); k++) {
+            for (int k = 0; k < s.times; k++) {
                 const float way = float(s.travel) * float(k) / float(s.times - 1);
                 std::vector<Vec3f>& points = steps.emplace_back();
                 for (int j = 0; j <= Cells; j++)
@@ -102,10 +104,16 @@ void add_terrain(Shapes& shapes, const Settings& s, bool changes) {
                         points.push_back({x + 0.3f * way, height(x - way, z), z});
                     }
             }
-            if (changes)
+            if (changes) {
                 shapes.add_moving_grid(Cells, Cells, steps);
-            else
-                shapes.add_grid(Cells, Cells, steps[0]);
+                continue;
+            }
+            std::vector<Vec3f> halfway; // its vertices go straight from a time to the next
+            const std::vector<Vec3f>&before = steps[size_t(s.times - 1) / 2],
+                  &behind = steps[size_t(s.times) / 2];
+            for (size_t i = 0; i < before.size(); i++)
+                halfway.push_back((before[i] + behind[i]) * 0.5f);
+            shapes.add_grid(Cells, Cells, halfway);
         }
 }
 
@@ -263,26 +271,34 @@ int main(int argc, char** argv) {
             settings.cells > 0 ? double(shapes.store.shapes().size()) * 64 * 64 : double(settings.instances);
         say_built(t, double(t.scene->bytes()) / count, settings);
     }
-    std::vector<Ray> rays = camera_rays(
+    // Bounces start where rays hit what is traced: of what stands still, and of what moves.
+    std::vector<Ray> rays[2];
+    rays[0] = rays[1] = camera_rays(
         settings.rays, settings.cells > 0 ? double(Width) : std::sqrt(double(settings.instances)) * 2.5);
     for (const char* name : {"camera", "bounce 1", "bounce 2", "bounce 2, at once"}) {
-        if (std::strstr(name, "at once"))
-            for (Ray& r : rays)
-                r.time = 0;
-        Batch batch(rays);
+        if (std::strstr(name, "at once")) {
+            rays[1] = rays[0];
+            for (Ray& r : rays[1])
+                r.time = Halfway;
+        }
+        Batch batch[2] = {Batch(rays[0]), Batch(rays[1])};
         size_t found[4];
         for (int round = 0; round < settings.rounds; round++)
             for (int k = 3; k >= 0; k--) {
+                Tracer& t = all[k];
                 const double start = seconds(CLOCK_THREAD_CPUTIME_ID);
-                batch.trace(*all[k].scene);
+                batch[t.moves].trace(*t.scene);
                 if (round == 0)
-                    all[k].ns.clear();
-                all[k].ns.push_back((seconds(CLOCK_THREAD_CPUTIME_ID) - start) * 1e9 / double(rays.size()));
-                found[k] = batch.found();
+                    t.ns.clear();
+                t.ns.push_back((seconds(CLOCK_THREAD_CPUTIME_ID) - start) * 1e9 /
+                               double(rays[t.moves].size()));
+                found[k] = batch[t.moves].found();
             }
-        say_traced(name, rays.size(), all, found, settings);
-        batch.trace(*all[1].scene);
-        if (!std::strstr(name, "bounce 2"))
-            rays = batch.bounces(rays);
+        say_traced(name, rays[1].size(), all, found, settings);
+        for (const int moves : {0, 1}) {
+            batch[moves].trace(*all[moves].scene);
+            if (!std::strstr(name, "bounce 2"))
+                rays[moves] = batch[moves].bounces(rays[moves]);
+        }
     }
 }

@@ -263,6 +263,9 @@ namespace {
 
 struct Box {
     std::array<double, 3> lo, hi;
+
+    Box() = default;
+    explicit Box(const Bounds3f& b) : lo{b.lo.x, b.lo.y, b.lo.z}, hi{b.hi.x, b.hi.y, b.hi.z} {}
 };
 Box placed(const Transform& t, const Bounds3f& box) {
     constexpr double Rounding = 0x1p-20; // of what the sums are made of
@@ -289,7 +292,7 @@ int MotionPath::times_to_bound(double turn_a_step) const {
 
 // Turning boxes swell between two times. Every time's box is widened by what the neighbouring pieces lack:
 // measured at several times of a piece, and bounded between those by how far an arc may lie from its chord.
-void MotionPath::bound(const Bounds3f& box, std::span<Bounds3f> at_times) const {
+void MotionPath::bound(const Bounds3f& box, std::span<Bounds3f> at_times, const Around& around) const {
     constexpr int Samples = 4; // a piece
     const size_t steps = at_times.size();
     if (box.empty()) {
@@ -297,9 +300,10 @@ void MotionPath::bound(const Bounds3f& box, std::span<Bounds3f> at_times) const 
         return;
     }
     const auto time_of = [&](size_t step) { return double(step) / double(steps - 1); };
+    const auto box_at = [&](double time) { return around ? Box(around(at(time))) : placed(at(time), box); };
     std::vector<Box> exact, wide;
     for (size_t j = 0; j < steps; j++)
-        exact.push_back(placed(at(time_of(j)), box));
+        exact.push_back(box_at(time_of(j)));
     wide = exact;
     std::vector<double> times;
     for (size_t j = 0; j + 1 < steps; j++) {
@@ -316,9 +320,7 @@ void MotionPath::bound(const Bounds3f& box, std::span<Bounds3f> at_times) const 
         for (size_t i = 0; i < times.size(); i++) {
             const double behind = i + 1 < times.size() ? deviation(times[i], times[i + 1], box) : 0,
                          stray = std::max(before, behind), f = (times[i] - t0) / (t1 - t0);
-            const Box now = i == 0                  ? exact[j]
-                            : i + 1 == times.size() ? exact[j + 1]
-                                                    : placed(at(times[i]), box);
+            const Box now = i == 0 ? exact[j] : i + 1 == times.size() ? exact[j + 1] : box_at(times[i]);
             const auto between = [&](double a, double b) { return a + (b - a) * f; };
             for (size_t c = 0; c < 3; c++) {
                 const double lo = between(exact[j].lo[c], exact[j + 1].lo[c]),

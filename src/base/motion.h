@@ -1,6 +1,7 @@
 // Transformations that change with time.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -39,8 +40,10 @@ class MotionPath {
     double turning() const;
     // Where a box is at even times from 0 to 1, two or more. What moves lies in between wherever these boxes
     // are interpolated, with room for rays that are rounded on their way to it. Not finite where the path is
-    // not.
-    void bound(const Bounds3f& box, std::span<Bounds3f> at_times) const;
+    // not. `around`: what is in the box, where a matrix puts it, for boxes that fit better than those around
+    // the box itself.
+    using Around = std::function<Bounds3f(const Transform&)>;
+    void bound(const Bounds3f& box, std::span<Bounds3f> at_times, const Around& around = {}) const;
     // At how many times such boxes fit well: those that turn by so many radians in between do.
     int times_to_bound(double turn_a_step) const;
 

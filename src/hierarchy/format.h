@@ -189,7 +189,7 @@ struct FibreFloat {
 static_assert(sizeof(FibreFloat) == 240);
 
 // Units from a child to the next, by kind.
-inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 1, 6, 8, 8};
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 1, 3, 8, 8};
 inline uint32_t Children::stride(uint32_t ends) const {
     return UnitsOf[uint32_t(kind)] * (is_of_ends(kind) ? 1 : ends);
 }

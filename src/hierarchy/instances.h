@@ -112,27 +112,26 @@ struct Interval {
     }
 };
 
-// A place that may move, or where shapes change: a ray has the box of its own time tested, and then the way
-// made for that.
+// A place that may move, or where shapes change. The nodes above have its box go straight from the first time
+// to the last; where it does not, a ray tests the box of its own time before the matrix is made for that.
 struct MovingLeaf {
     InstanceLeaf place;
     uint32_t times; // that its boxes are of, where it moves or changes; 0: it stands still
     uint32_t unused;
     const MotionPath* path; // null: what lies there changes
-    const Bounds3f* boxes;  // at so many even times; moving things lie within what is interpolated.
-    Bounds3f first, second; // Where these two are all they lie here, and not beyond another miss of caches.
+    // At so many even times; moving things lie within what is interpolated. Null: they are two, as of nodes.
+    const Bounds3f* boxes;
     uint64_t more_unused;
 
     bool stands_still() const { return times == 0; }
     bool changes() const { return !path; } // if it does not stand still
     bool is_met_by(const TracedRay& ray, float time) const {
-        const Bounds3f *from = &first, *to = &second;
-        float f = time;
-        if (times > 2) {
-            const double x = double(time) * (times - 1); // exact
-            const uint32_t step = std::min(uint32_t(x), times - 2u);
-            from = boxes + step, to = from + 1, f = float(x - step);
-        }
+        if (!boxes)
+            return true;
+        const double x = double(time) * (times - 1); // exact
+        const uint32_t step = std::min(uint32_t(x), times - 2u);
+        const Bounds3f *from = boxes + step, *to = from + 1;
+        const float f = float(x - step);
         const __m128 lo = between(_mm_loadu_ps(&from->lo.x), _mm_loadu_ps(&to->lo.x), f); // fourth: nothing
         __m128 hi = between(_mm_loadu_ps(&from->lo.z), _mm_loadu_ps(&to->lo.z), f);       // first: nothing
         hi = _mm_permute_ps(hi, _MM_SHUFFLE(3, 3, 2, 1));
@@ -163,7 +162,7 @@ struct MovingLeaf {
         return _mm_fmadd_ps(_mm_sub_ps(b, a), _mm_set1_ps(f), a);
     }
 };
-static_assert(sizeof(MovingLeaf) == 96);
+static_assert(sizeof(MovingLeaf) == 48);
 static_assert(UnitsOf[int(Kind::Moving)] * UnitBytes == sizeof(MovingLeaf));
 
 // Which instances a hit lies in, the outermost first, by their numbers in their levels.

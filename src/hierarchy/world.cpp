@@ -120,7 +120,7 @@ BoxOfEnds straight(std::span<const Bounds3f> at) {
 struct Boxes {
     LargeVector<uint64_t> first; // of each instance, and behind the last; none where nothing moves
     LargeVector<Bounds3f> boxes;
-    bool have_room = true; // in the leaves themselves
+    bool are_two = true; // of each, which nodes have
 
     template <class PlacementOf>
     void measure(size_t count, const PlacementOf& placement_of) {
@@ -132,7 +132,7 @@ struct Boxes {
         });
         uint64_t sum = 0;
         for (uint64_t& n : first) {
-            have_room &= n <= 2;
+            are_two &= n <= 2;
             sum += std::exchange(n, sum);
         }
         boxes.resize(sum);
@@ -147,7 +147,6 @@ struct Boxes {
         const std::span<Bounds3f> all = of(number);
         leaf.times = uint32_t(all.size());
         leaf.path = p.path, leaf.boxes = all.size() > 2 ? all.data() : nullptr;
-        leaf.first = all[0], leaf.second = all[1];
         return leaf;
     }
 };
@@ -196,6 +195,12 @@ class Reaches {
         const std::optional<Reach>& reach = m_reach[page];
         return reach ? reach->box(t) : box_of(t, box);
     }
+    // The same along a path.
+    MotionPath::Around around(uint32_t page) const {
+        if (!m_reach[page])
+            return {};
+        return [&reach = *m_reach[page]](const Transform& t) { return reach.box(t); };
+    }
 
   private:
     std::vector<std::optional<Reach>> m_reach;
@@ -222,7 +227,7 @@ class Standing {
         bool is_there = true;
         if (moves(i)) {
             if (p.path)
-                p.path->bound(box, m_boxes.of(i));
+                p.path->bound(box, m_boxes.of(i), m_reaches.around(p.page));
             else
                 bound(pages, m_boxes.of(i));
             for (const Bounds3f& at : m_boxes.of(i))
@@ -380,7 +385,7 @@ uint32_t World::add_level(size_t count, std::span<const size_t> places, int nest
             *before = {}; // there is room for another then
         m_levels.push_back({build(count, standing, moves), count});
     }
-    if (!boxes.have_room)
+    if (!boxes.are_two)
         m_boxes.push_back(std::move(boxes.boxes));
     const uint32_t number = add(m_levels.back().memory.page());
     m_nesting[number] = nesting;
