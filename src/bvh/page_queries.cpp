@@ -40,8 +40,8 @@ uint32_t by_tiles(uint32_t n) {
 
 // `left(packet, lane)`: up to where the lane's ray goes; 0 or less = it does not.
 template <int W, class Left>
-void add_rays(Rays& to, std::span<const RayPacket<W>> packets, const hierarchy::World& world, bool beholders,
-              const Left& left) {
+void add_rays(Rays& to, std::span<const RayPacket<W>> packets, const hierarchy::World& world, bool moves,
+              bool beholders, const Left& left) {
     const uint32_t count = uint32_t(packets.size()) * W, in_tiles = count / (Row * Tile) * (Row * Tile);
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t lane = n < in_tiles ? by_tiles(n) : n;
@@ -53,7 +53,7 @@ void add_rays(Rays& to, std::span<const RayPacket<W>> packets, const hierarchy::
         to.rays.push_back(
             {{r.o.x[i], r.o.y[i], r.o.z[i]}, r.t_min[i], {r.d.x[i], r.d.y[i], r.d.z[i]}, t_max});
         to.lanes.push_back(lane);
-        if (world.moves())
+        if (moves)
             to.times.push_back(r.time[i]);
         if (world.fades())
             to.levels.push_back(r.level[i]);
@@ -72,29 +72,34 @@ class Sink {
     ~Sink() = default;
 };
 
+struct Root { // what rays go through
+    const hierarchy::World& world;
+    uint32_t page, intervals; // as of RayQueue
+};
+
 template <hierarchy::Query Asked, class Filter>
-void trace_by(const hierarchy::World& world, uint32_t root, const Rays& rays, Filter& filter, Sink& sink) {
+void trace_by(const Root& root, const Rays& rays, Filter& filter, Sink& sink) {
     const auto done = [&](size_t i, const hierarchy::Hit& hit, const hierarchy::InstancePath& path) {
         sink.take(i, hit, path);
     };
     using hierarchy::RayQueue;
-    const hierarchy::Page& page = world.page(root);
-    if (world.nesting(root) == 0)
-        RayQueue<8, Asked, Filter>(page, rays.rays, filter).run(done);
+    const auto& [world, page, intervals] = root;
+    if (world.nesting(page) == 0 && intervals == 0)
+        RayQueue<8, Asked, Filter>(world.page(page), rays.rays, filter).run(done);
     else
-        RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(world, root, rays.rays, filter, rays.times,
-                                                               rays.levels)
+        RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(world, page, rays.rays, filter, rays.times,
+                                                               rays.levels, intervals)
             .run(done);
 }
 
 // `presence`: null = everything is there.
 template <hierarchy::Query Asked, class Presence>
-void trace(const hierarchy::World& world, uint32_t root, const Rays& rays, Presence* presence, Sink& sink) {
+void trace(const Root& root, const Rays& rays, Presence* presence, Sink& sink) {
     hierarchy::EverythingIsThere everything;
     if (presence)
-        trace_by<Asked>(world, root, rays, *presence, sink);
+        trace_by<Asked>(root, rays, *presence, sink);
     else
-        trace_by<Asked>(world, root, rays, everything, sink);
+        trace_by<Asked>(root, rays, everything, sink);
 }
 
 } // namespace
@@ -278,9 +283,10 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
     if (m_few)
         return m_few->intersect(packets, hits);
     Rays& rays = Rays::of_thread();
-    add_rays(rays, packets, m_world, m_partly, [&](size_t packet, int lane) {
-        return hits[packet].hit[lane] ? hits[packet].t[lane] : packets[packet].t_max[lane];
-    });
+    add_rays(rays, packets, m_world, m_world.moves() || root_intervals() > 0, m_partly,
+             [&](size_t packet, int lane) {
+                 return hits[packet].hit[lane] ? hits[packet].t[lane] : packets[packet].t_max[lane];
+             });
     class Hits final : public Sink {
       public:
         Hits(const PageScene& scene, const Rays& rays, std::span<const RayPacket<W>> packets,
@@ -300,7 +306,8 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
         std::span<HitPacket<W>> m_hits;
     } sink(*this, rays, packets, hits);
     Presence presence(*this, rays);
-    trace<hierarchy::Query::Closest>(m_world, m_root, rays, m_partly ? &presence : nullptr, sink);
+    trace<hierarchy::Query::Closest>({m_world, m_root, root_intervals()}, rays,
+                                     m_partly ? &presence : nullptr, sink);
     paged_memory::keep_within_bound();
 }
 
@@ -311,9 +318,9 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
     if (m_few)
         return m_few->find_occluded(packets, hidden);
     Rays& rays = Rays::of_thread();
-    add_rays(rays, packets, m_world, m_partly, [&](size_t packet, int lane) {
-        return hidden[packet][lane] ? 0.0f : packets[packet].t_max[lane];
-    });
+    add_rays(
+        rays, packets, m_world, m_world.moves() || root_intervals() > 0, m_partly,
+        [&](size_t packet, int lane) { return hidden[packet][lane] ? 0.0f : packets[packet].t_max[lane]; });
     class Hidden final : public Sink {
       public:
         Hidden(const Rays& rays, std::span<Mask<W>> hidden) : m_rays(rays), m_hidden(hidden) {}
@@ -327,7 +334,8 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
         std::span<Mask<W>> m_hidden;
     } sink(rays, hidden);
     Presence presence(*this, rays);
-    trace<hierarchy::Query::Any>(m_world, m_root, rays, m_partly ? &presence : nullptr, sink);
+    trace<hierarchy::Query::Any>({m_world, m_root, root_intervals()}, rays, m_partly ? &presence : nullptr,
+                                 sink);
     paged_memory::keep_within_bound();
 }
 

@@ -107,6 +107,8 @@ PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& 
             Found& sort = found[size_t(sort_of(shape))];
             sort.shapes.push_back(s);
             sort.fits &= page_bytes(shape) < MostBytes;
+            if (shape.motion_segments > 1) // pages have its vertices twice, but for the first and last time
+                continue;
             if (is_fibre(shape))
                 sort.count += uint64_t(shape.mv);
             else if (!is_mesh(shape) && !has_few_cells(shape))
@@ -152,7 +154,10 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
         group.runs.push_back({count, in.group, in.places, in.paths, in.first_slot, in.variations});
         count += uint32_t(in.size());
     }
-    if (group.runs.empty() && group.owns.size() < 2 && (group.owns.empty() || group.owns[0].intervals == 0))
+    // One page lies there as it is; in other groups, of which places may move, what changes has a level.
+    const bool is_world = g + 1 == m_groups.size();
+    if (group.runs.empty() && group.owns.size() < 2 &&
+        (group.owns.empty() || group.owns[0].intervals == 0 || is_world))
         group.root = group.owns.empty() ? None : group.owns[0].page;
     else
         group.root = m_world.add(level, m_leftovers ? m_leftovers->level_of(g, m_groups.size()) : nullptr);
@@ -323,7 +328,11 @@ void PageScene::build_own(const store::Store& store, size_t g, std::span<const i
 }
 
 Bounds3f PageScene::bounds() const {
-    return empty() ? Bounds3f() : m_world.page(m_root).bounds();
+    Bounds3f all;
+    for (uint32_t i = 0; !empty() && i < std::max(root_intervals(), 1u); i++)
+        if (const hierarchy::Page& page = m_world.page(m_root + i); page.header().root != hierarchy::NoRef)
+            all.extend(page.bounds());
+    return all;
 }
 
 uint64_t PageScene::bytes() const {

@@ -145,7 +145,11 @@ class PageScene {
     Own number_shapes(const store::Store& store, std::span<const int> shapes);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
     Triangle triangle_of(const Own& own, uint32_t name) const;
-    std::unique_ptr<FewTriangles> few_triangles() const;     // null: it is more
+    std::unique_ptr<FewTriangles> few_triangles() const; // null: it is more
+    // Of the root, if that is a page of what changes: how many pages there are, one for each of time.
+    uint32_t root_intervals() const {
+        return m_world.nesting(m_root) == 0 ? m_groups.back().owns[0].intervals : 0;
+    }
     uint32_t interval_of(const hierarchy::Page& page) const; // of time, that what changes has the page for
     template <int W>
     void put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hit,

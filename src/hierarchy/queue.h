@@ -39,11 +39,12 @@ class RayQueue {
     RayQueue(const Page& page, std::span<const Ray> rays, Filter& filter)
         : m_root(page), m_rays(rays), m_filter(filter) {}
     // `times` of the shutter, by ray: none = all begin with it; `levels` of detail that rays see: none = all
-    // see all.
+    // see all. `intervals`: of time, each of which has a page, from the root on; 0: that is no page of what
+    // changes.
     RayQueue(const World& world, uint32_t root, std::span<const Ray> rays, Filter& filter,
-             std::span<const float> times = {}, std::span<const float> levels = {})
-        : m_root(world.page(root)), m_pages(world.pages()), m_runs(world.runs()), m_rays(rays),
-          m_times(times), m_levels(levels), m_filter(filter) {}
+             std::span<const float> times = {}, std::span<const float> levels = {}, uint32_t intervals = 0)
+        : m_root(world.page(root)), m_intervals(intervals), m_pages(world.pages()), m_runs(world.runs()),
+          m_rays(rays), m_times(times), m_levels(levels), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each, in the order in which they end. Of Query::Any the hit is
     // any. What runs side by side goes together, where no instances are.
@@ -145,10 +146,15 @@ class RayQueue {
     // Gives a slot its next ray; false = there is none.
     template <class Done>
     bool start(Slot& s, Done& done) {
-        const Ref root = m_root.header().root;
         while (m_next < m_alone.size()) {
             const uint32_t number = m_alone[m_next++];
-            s.start(m_root, m_rays[number], number, m_times.empty() ? 0 : shutter_time(m_times[number]));
+            const float time = m_times.empty() ? 0 : shutter_time(m_times[number]);
+            s.start(m_root, m_rays[number], number, time);
+            if (Levels > 1 && m_intervals > 0) {
+                const Interval interval(time, m_intervals);
+                s.change(m_pages[m_root.number() + interval.number], interval.fraction);
+            }
+            const Ref root = s.in->page.header().root;
             if (s.in->traced.traceable && root != NoRef) {
                 s.stack.start(root);
                 return true;
@@ -266,6 +272,7 @@ class RayQueue {
     }
 
     const Page m_root;
+    const uint32_t m_intervals = 0;
     std::span<const Page> m_pages;
     std::span<const Placements> m_runs;
     std::span<const Ray> m_rays;

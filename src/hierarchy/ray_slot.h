@@ -104,6 +104,10 @@ struct alignas(64) Slot {
         if constexpr (Levels > 1)
             at = of_hit = {};
     }
+    // The outermost page is another: of what changes, so far into its interval of time.
+    void change(const Page& page, float fraction) {
+        in->page = page, in->has_changing = page.changes(), in->fraction = fraction;
+    }
     // Into a page that stands as instance `place` of its level, with the ray as it runs there, and back from
     // it; false = it is in the outermost.
     void enter(uint32_t place, const Ray& inner, const Page& page) {
