@@ -303,11 +303,16 @@ Scene::Impl::~Impl() {
 
 Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build)
     : m_impl(std::make_unique<Impl>(store)) {
+    m_impl->few = FewTriangles::of(store, groups, build.pages_from.few_triangles);
+    if (m_impl->few)
+        groups = {};
     m_impl->pages = std::make_unique<PageScene>(store, groups, build.pages_from, build.page_bytes,
                                                 build.files, build.leftovers.get());
     build.leftovers.reset(); // what is left of them is of no use any more
     tasks::check_cancelled();
-    m_impl->groups.resize(2 * groups.size());
+    m_impl->groups.resize(2 * std::max<size_t>(groups.size(), 1));
+    if (m_impl->few)
+        return;
     Builder(m_impl->device, store, *m_impl->pages, m_impl->groups, m_impl->bytes, std::move(build))
         .run(groups);
 }
@@ -315,14 +320,15 @@ Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build
 Scene::~Scene() = default;
 
 Bounds3f Scene::bounds() const {
-    Bounds3f bounds = m_impl->pages->bounds();
+    Bounds3f bounds = m_impl->few ? m_impl->few->bounds() : m_impl->pages->bounds();
     if (m_impl->embree().scene)
         bounds.extend(box_of(m_impl->embree()));
     return bounds;
 }
 
 uint64_t Scene::bytes() const {
-    return uint64_t(std::max<int64_t>(0, m_impl->bytes.load())) + m_impl->pages->bytes();
+    return uint64_t(std::max<int64_t>(0, m_impl->bytes.load())) + m_impl->pages->bytes() +
+           (m_impl->few ? m_impl->few->bytes() : 0);
 }
 
 Scene::PageBytes Scene::page_bytes() const {

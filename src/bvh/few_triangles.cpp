@@ -1,6 +1,7 @@
 #include "bvh/few_triangles.h"
 
 #include "base/rows.h"
+#include "bvh/page_views.h"
 #include "bvh/presence.h"
 
 namespace kanuka::bvh {
@@ -60,9 +61,72 @@ class Presence {
 
 } // namespace
 
-FewTriangles::FewTriangles(const store::Store& store, hierarchy::TriangleList list, std::vector<Row> rows)
-    : m_store(store), m_list(std::move(list)), m_rows(std::move(rows)),
-      m_partly(std::ranges::any_of(m_rows, [](const Row& row) { return row.partly != 0; })) {}
+std::unique_ptr<FewTriangles> FewTriangles::of(const store::Store& store, std::span<const GroupDesc> groups,
+                                               uint64_t most) {
+    most = std::min<uint64_t>(most, hierarchy::TriangleList::Most);
+    if (groups.empty() || !groups.back().instances.empty() || !groups.back().solids.empty())
+        return {};
+    uint64_t triangles = 0;
+    for (const auto& range : groups.back().shapes)
+        for (int shape = range.first; shape < range.first + range.count; shape++) {
+            const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+            if (range.solid >= 0 || is_fibre(s) || s.motion_segments > 0)
+                return {};
+            triangles +=
+                is_mesh(s) ? mesh_view(store, s, 0).triangles() : 2 * uint64_t(s.mu) * uint64_t(s.mv);
+            if (triangles > most)
+                return {};
+        }
+    if (triangles == 0)
+        return {};
+    std::unique_ptr<FewTriangles> few(new FewTriangles(store));
+    for (const auto& range : groups.back().shapes)
+        for (int shape = range.first; shape < range.first + range.count; shape++)
+            few->add(shape);
+    return few;
+}
+
+// Quads and cells as HitPacket has them: u and v of the second triangle begin at its first corner.
+void FewTriangles::add(int shape) {
+    const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
+    CellCorners cells;
+    const hierarchy::MeshView mesh = is_mesh(s) ? mesh_view(m_store, s, 0) : cells.mesh_view(m_store, s, 0);
+    for (size_t i = 0; i < mesh.triangles(); i++) {
+        Vec3f corners[3];
+        if (!hierarchy::corners_of_triangle(mesh, i, 0, corners))
+            continue; // it is nowhere
+        const bool is_quad = mesh.sides == 4;
+        const int face = int(is_quad ? i / 2 : i);
+        Row row{shape,
+                face,
+                cross(corners[1] - corners[0], corners[2] - corners[0]),
+                is_quad && i % 2 == 1,
+                0,
+                0,
+                1,
+                1,
+                is_partly_there(m_store, s)};
+        if (!is_mesh(s)) {
+            row.prim = 0;
+            row.column = float(face % s.mu), row.row = float(face / s.mu);
+            row.columns = float(s.mu), row.rows = float(s.mv);
+        }
+        m_partly |= row.partly != 0;
+        m_list.add(corners);
+        m_rows.push_back(row);
+    }
+}
+
+Bounds3f FewTriangles::bounds() const {
+    Bounds3f all;
+    for (const hierarchy::TriangleList::Vertex& v : m_list.vertices())
+        all.extend(Vec3f(v.at[0], v.at[1], v.at[2]));
+    return all;
+}
+
+uint64_t FewTriangles::bytes() const {
+    return m_list.vertices().size_bytes() + m_list.triangles().size_bytes() + m_rows.size() * sizeof(Row);
+}
 
 template <Query Asked, int W>
 hierarchy::ListHits<W> FewTriangles::trace(const RayPacket<W>& packet,

@@ -1,4 +1,5 @@
 // Scenes of few triangles, which rays test all of: beside the same in a tree, to the bit.
+#include "bvh/few_triangles.h"
 #include "bvh/test_geometry.h"
 
 #include <gtest/gtest.h>
@@ -65,9 +66,9 @@ void expect_same(const Scene& list, const Scene& tree, const std::vector<Ray>& r
 
 TEST(FewTriangles, AreHitAsInATree) {
     for (const bool partly : {false, true}) {
-        Mixed of_list(partly), of_tree(partly);
-        const auto list = of_list.flat_scene({.pages_from = 0}),
-                   tree = of_tree.flat_scene({.pages_from = in_a_tree()});
+        Mixed shapes(partly);
+        const auto tree = shapes.flat_scene({.pages_from = in_a_tree()}); // which moves vertices
+        const auto list = shapes.flat_scene({.pages_from = 0});
         const std::vector<Ray> rays = random_rays(4000, 1.5f, 5);
         expect_same<1>(*list, *tree, rays);
         expect_same<8>(*list, *tree, rays);
@@ -92,21 +93,40 @@ TEST(FewTriangles, LeaveOtherLanesAlone) {
         EXPECT_EQ(hits.t[i], hits.hit[i] ? 2 : some.t_max[i]);
 }
 
-TEST(FewTriangles, AreAListOfTheirOwnAccord) {
-    for (const int quads : {1, 64, 65}) {
-        Shapes shapes;
-        for (int i = 0; i < quads; i++)
-            shapes.add_mesh(4, {{0, 0, float(i)}, {1, 0, float(i)}, {1, 1, float(i)}, {0, 1, float(i)}},
-                            {0, 1, 2, 3});
-        const auto scene = shapes.flat_scene({});
-        EXPECT_EQ(scene->page_bytes().built > 0, quads <= 64) << quads;
-        EXPECT_TRUE(intersect<8>(*scene, {{{0.2f, 0.2f, -1}, {0, 0, 1}}})[0].hit);
+// Vertices stay where they are given, however far the corners of what they bound are.
+TEST(FewTriangles, StayWhereTheyAre) {
+    Shapes shapes;
+    const float far = 1e5f, height = 0.53f;
+    shapes.add_mesh(4, {{-far, -far, height}, {far, -far, height}, {far, far, height}, {-far, far, height}},
+                    {0, 1, 2, 3});
+    const auto scene = shapes.flat_scene({});
+    EXPECT_EQ(intersect<8>(*scene, {{{0.2f, 0.3f, 1}, {0, 0, -1}}})[0].t, 1 - height);
+    EXPECT_FLOAT_EQ(scene->bounds().lo.z, height);
+}
+
+TEST(FewTriangles, AreAllThatTheSceneIs) {
+    const auto is_few = [](const Shapes& shapes, uint64_t most = 128) {
+        GroupDesc world;
+        world.shapes.push_back({0, int(shapes.store.shapes().size())});
+        return FewTriangles::of(shapes.store, std::span(&world, 1), most) != nullptr;
+    };
+    const std::vector<Vec3f> square = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    Shapes shapes;
+    EXPECT_FALSE(is_few(shapes));
+    for (int quads = 1; quads <= 65; quads++) {
+        shapes.add_mesh(4, square, {0, 1, 2, 3});
+        EXPECT_EQ(is_few(shapes), quads <= 64);
+        EXPECT_FALSE(is_few(shapes, 1));
+        EXPECT_FALSE(is_few(shapes, 0));
     }
-    // Beside what is no triangle, or no longer few: as before.
-    Shapes sphere;
-    sphere.add_sphere({0, 0, 0}, 1, 12);
-    sphere.add_mesh(3, {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2});
-    EXPECT_EQ(sphere.flat_scene({})->page_bytes().built, 0u);
+    Shapes moving; // what changes is no list
+    moving.add_moving_mesh(4, {square, square}, {0, 1, 2, 3});
+    EXPECT_FALSE(is_few(moving));
+    const std::vector<float> place = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    GroupDesc groups[2]; // nor are instances
+    groups[0].shapes.push_back({0, 1});
+    groups[1].instances.push_back({0, place});
+    EXPECT_EQ(FewTriangles::of(shapes.store, groups, 128), nullptr);
 }
 
 } // namespace kanuka::bvh

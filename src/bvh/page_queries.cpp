@@ -105,28 +105,6 @@ void trace(const Root& root, const Rays& rays, Presence* presence, Sink& sink) {
 } // namespace
 
 // A part of those who call it: what calls return in memory is read back before it is whole.
-[[gnu::always_inline]] inline PageScene::Triangle PageScene::triangle_of(const Own& own,
-                                                                         uint32_t name) const {
-    const auto [shape, number, partly] = own.meshes.part(name);
-    const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
-    const bool is_mesh = s.flags & store::ShapeRecord::Mesh;
-    if (is_mesh && !(s.flags & store::ShapeRecord::Quads))
-        return {shape, number, false, partly, 0, 0, 1, 1};
-    const bool second = number % 2;
-    if (is_mesh)
-        return {shape, number / 2, second, partly, 0, 0, 1, 1};
-    const int cell = number / 2, row = cell / s.mu;
-    return {shape, 0, second, partly, cell - row * s.mu, row, s.mu, s.mv};
-}
-
-[[gnu::always_inline]] inline PageScene::Place PageScene::Triangle::at(float u, float v) const {
-    if (flips)
-        u = 1 - u, v = 1 - v;
-    if (columns * rows != 1)
-        u = (float(column) + u) / float(columns), v = (float(row) + v) / float(rows);
-    return {shape, prim, u, v, partly};
-}
-
 [[gnu::always_inline]] inline PageScene::Place PageScene::place_of(const hierarchy::Page& page,
                                                                    const hierarchy::Hit& hit) const {
     const Owner& owner = m_owner_of_page[page.number()];
@@ -143,7 +121,17 @@ void trace(const Root& root, const Rays& rays, Presence* presence, Sink& sink) {
         const Numbered::Part segment = own.fibres.part(page.name(hit.leaf, int(hit.primitive / 2)));
         return {segment.shape, segment.number, hit.u, 0, segment.partly};
     }
-    return triangle_of(own, page.name(hit.leaf, int(hit.primitive))).at(hit.u, hit.v);
+    const auto [shape, number, partly] = own.meshes.part(page.name(hit.leaf, int(hit.primitive)));
+    const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
+    const bool is_mesh = s.flags & store::ShapeRecord::Mesh;
+    if (is_mesh && !(s.flags & store::ShapeRecord::Quads))
+        return {shape, number, hit.u, hit.v, partly};
+    const bool second = number % 2;
+    const float u = second ? 1 - hit.u : hit.u, v = second ? 1 - hit.v : hit.v;
+    if (is_mesh)
+        return {shape, number / 2, u, v, partly};
+    const int cell = number / 2, row = cell / s.mu;
+    return {shape, 0, (float(cell - row * s.mu) + u) / float(s.mu), (float(row) + v) / float(s.mv), partly};
 }
 
 class PageScene::Presence {
@@ -172,23 +160,6 @@ class PageScene::Presence {
     const PageScene& m_scene;
     const Rays& m_rays;
 };
-
-std::unique_ptr<FewTriangles> PageScene::few_triangles() const {
-    const hierarchy::Page& page = m_world.page(m_root);
-    std::optional<hierarchy::TriangleList> list = hierarchy::TriangleList::of(page);
-    if (!list)
-        return {};
-    const Owner& owner = m_owner_of_page[page.number()];
-    const Own& own = m_groups[size_t(owner.group)].owns[size_t(owner.own)];
-    std::vector<FewTriangles::Row> rows;
-    for (const hierarchy::TriangleList::Triangle& t : list->triangles()) {
-        const Triangle of = triangle_of(own, page.name(t.leaf, int(t.primitive)));
-        rows.push_back({of.shape, of.prim, hierarchy::corners_of(page, t.leaf, t.primitive).normal(),
-                        of.flips, float(of.column), float(of.row), float(of.columns), float(of.rows),
-                        of.partly, 0});
-    }
-    return std::make_unique<FewTriangles>(m_store, std::move(*list), std::move(rows));
-}
 
 uint32_t PageScene::interval_of(const hierarchy::Page& page) const {
     const Owner& owner = m_owner_of_page[page.number()];
@@ -280,8 +251,6 @@ template <int W>
 void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPacket<W>> hits) const {
     if (empty())
         return;
-    if (m_few)
-        return m_few->intersect(packets, hits);
     Rays& rays = Rays::of_thread();
     add_rays(rays, packets, m_world, m_world.moves() || root_intervals() > 0, m_partly,
              [&](size_t packet, int lane) {
@@ -315,8 +284,6 @@ template <int W>
 void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<Mask<W>> hidden) const {
     if (empty())
         return;
-    if (m_few)
-        return m_few->find_occluded(packets, hidden);
     Rays& rays = Rays::of_thread();
     add_rays(
         rays, packets, m_world, m_world.moves() || root_intervals() > 0, m_partly,

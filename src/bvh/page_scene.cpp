@@ -35,26 +35,8 @@ std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
     return all;
 }
 
-// Is all of the scene a few triangles that stand still?
-bool is_few_triangles(const store::Store& store, const GroupDesc& world, uint64_t most) {
-    if (!world.instances.empty() || !world.solids.empty())
-        return false;
-    uint64_t triangles = 0;
-    for (const auto& range : world.shapes)
-        for (int i = range.first; i < range.first + range.count; i++) {
-            const store::ShapeRecord& s = store.shapes()[size_t(i)];
-            if (range.solid >= 0 || is_fibre(s) || s.motion_segments > 0 || !(is_mesh(s) || has_few_cells(s)))
-                return false;
-            triangles +=
-                is_mesh(s) ? mesh_view(store, s, 0).triangles() : 2 * uint64_t(s.mu) * uint64_t(s.mv);
-            if (triangles > most)
-                return false;
-        }
-    return triangles > 0;
-}
-
 // What holds of the scene as a whole.
-PagesFrom pages_from(const PagesFrom& asked, const store::Store& store, std::span<const GroupDesc> groups) {
+PagesFrom pages_from(const PagesFrom& asked, std::span<const GroupDesc> groups) {
     uint64_t still = 0, moving = 0;
     for (const GroupDesc& group : groups)
         for (const auto& in : group.instances)
@@ -62,8 +44,6 @@ PagesFrom pages_from(const PagesFrom& asked, const store::Store& store, std::spa
     PagesFrom least = asked;
     if (still >= least.places && still > moving)
         least.cells = least.segments = 0;
-    if (is_few_triangles(store, groups.back(), least.few_triangles))
-        least.cells = 0;
     return least;
 }
 
@@ -76,7 +56,7 @@ PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, con
     if (groups.empty())
         return;
     const std::vector<Reach> reach = reach_of(groups);
-    const PagesFrom least = pages_from(asked, store, groups);
+    const PagesFrom least = pages_from(asked, groups);
     for (size_t g = 0; g < groups.size(); g++) {
         const bool fits = reach[g].bytes < MostBytes;
         if (reach[g].reached)
@@ -84,8 +64,6 @@ PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, con
                         reach[g].bytes);
     }
     m_root = m_groups.back().root;
-    if (!empty() && m_world.nesting(m_root) == 0 && least.few_triangles > 0)
-        m_few = few_triangles();
     m_leftovers = nullptr;
 }
 

@@ -8,7 +8,6 @@
 
 #include "base/digest.h"
 #include "bvh/bvh.h"
-#include "bvh/few_triangles.h"
 #include "bvh/matrix.h"
 #include "bvh/presence.h"
 #include "hierarchy/build.h"
@@ -119,14 +118,6 @@ class PageScene {
         float u, v;
         bool partly;
     };
-    struct Triangle { // of a page
-        int shape, prim;
-        bool flips; // the second of a quad: u and v begin at the corner on the other side
-        bool partly;
-        int column, row, columns, rows; // of its cell in the shape's grid; of a mesh there is one
-
-        Place at(float u, float v) const;
-    };
     class Presence;
 
     // Where a hit lies; tells step(run, number in the run) of each instance on the way.
@@ -144,8 +135,6 @@ class PageScene {
                    KeptPages& kept);
     Own number_shapes(const store::Store& store, std::span<const int> shapes);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
-    Triangle triangle_of(const Own& own, uint32_t name) const;
-    std::unique_ptr<FewTriangles> few_triangles() const; // null: it is more
     // Of the root, if that is a page of what changes: how many pages there are, one for each of time.
     uint32_t root_intervals() const {
         return m_world.nesting(m_root) == 0 ? m_groups.back().owns[0].intervals : 0;
@@ -172,8 +161,7 @@ class PageScene {
     uint64_t m_kept_pages = 0;
     hierarchy::World m_world;
     uint32_t m_root = None;
-    std::unique_ptr<FewTriangles> m_few; // all of it, where that is no more
-    bool m_partly = false;               // something is there for some rays alone
+    bool m_partly = false; // something is there for some rays alone
 };
 
 } // namespace kanuka::bvh

@@ -136,6 +136,8 @@ void Scene::intersect(std::span<const RayPacket<W>> rays, std::span<HitPacket<W>
                 intersect_embree(kept[i], found[i]);
             else
                 found[i].clear(kept[i].t_max);
+        if (m_impl->few)
+            m_impl->few->intersect<W>(kept, found);
         m_impl->pages->intersect<W>(kept, found);
     });
     for (size_t i = 0; i < rays.size(); i++) {
@@ -162,6 +164,8 @@ void Scene::find_occluded(std::span<const RayPacket<W>> rays, std::span<Mask<W>>
         const std::span<Mask<W>> found = hidden.subspan(first, kept.size());
         for (size_t i = 0; i < kept.size(); i++)
             found[i] = embree ? occluded_embree(kept[i]) : Mask<W>(false);
+        if (m_impl->few)
+            m_impl->few->find_occluded<W>(kept, found);
         m_impl->pages->find_occluded<W>(kept, found);
     });
     if (m_watch)

@@ -5,12 +5,14 @@
 #include <vector>
 
 #include "bvh/embree_scene.h"
+#include "bvh/few_triangles.h"
 #include "bvh/page_scene.h"
 
 namespace kanuka::bvh {
 
 struct Scene::Impl {
     RTCDevice device = nullptr;
+    std::unique_ptr<FewTriangles> few; // all of the scene, and nothing is in pages or Embree's; or null
     std::unique_ptr<PageScene> pages;
     std::vector<Group> groups; // of Embree: see build.cpp
     size_t world() const { return groups.size() - 2; }

@@ -31,6 +31,9 @@ struct MeshView {
     size_t triangles() const { return faces * size_t(sides - 2); }
 };
 
+// False where one of them is nowhere: the triangle is left out. `end`: 1 = as they are later.
+bool corners_of_triangle(const MeshView& mesh, size_t triangle, int end, Vec3f (&to)[3]);
+
 // Round segments, from a vertex to the next.
 struct FibreView {
     const float* vertices; // xyz and the radius

@@ -106,10 +106,16 @@ struct Depths {
         : Depths(DepthRange<W>{Float<W>(ray.per_z), Float<W>(ray.t_min), Float<W>(ray.t_max)}, inside, corner,
                  weight, z) {}
     Depths(const DepthRange<W>& ray, uint32_t inside, const Seen<W> (&corner)[3], const Float<W> (&weight)[3],
-           const Float<W> (&z)[3]) {
+           const Float<W> (&z)[3])
+        : Depths(ray, inside, corner, weight, z,
+                 [&](Float<W> depth, Float<W> sum) { return depth * ray.per_z / sum; }) {}
+    // t_of(depth, sum of the weights): the distance, unless weights are mostly rounding.
+    template <class TOf>
+    Depths(const DepthRange<W>& ray, uint32_t inside, const Seen<W> (&corner)[3], const Float<W> (&weight)[3],
+           const Float<W> (&z)[3], const TOf& t_of) {
         const Float<W> sum = weight[0] + weight[1] + weight[2];
         const Float<W> depth = fma(weight[2], z[2], fma(weight[1], z[1], weight[0] * z[0]));
-        t = depth * ray.per_z / sum;
+        t = t_of(depth, sum);
         u = weight[1] / sum, v = weight[2] / sum;
         const uint32_t rough = inside & ~(rounding_squared(corner, z, sum) < depth * depth).bits();
         if (rough != 0)

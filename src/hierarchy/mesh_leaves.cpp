@@ -11,6 +11,8 @@ namespace {
 
 constexpr size_t FacesATask = 4096;
 
+} // namespace
+
 bool corners_of_triangle(const MeshView& m, size_t triangle, int end, Vec3f (&to)[3]) {
     static constexpr size_t Quad[2][3] = {{0, 1, 3}, {2, 3, 1}};
     for (size_t c = 0; c < 3; c++) {
@@ -25,8 +27,6 @@ bool corners_of_triangle(const MeshView& m, size_t triangle, int end, Vec3f (&to
     }
     return true;
 }
-
-} // namespace
 
 MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattice& lattice,
                        const Lattice& of_grids)

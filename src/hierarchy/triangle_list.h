@@ -1,20 +1,21 @@
-// Pages of few triangles need no tree: they are a list, and rays in W lanes test all of it together.
+// Few triangles need no tree: they are a list, and rays in W lanes test all of it together.
 //
 //     W rays ──► all vertices, as those rays see them ──► all triangles ──► the closest hit of each lane
 //
 // A ray in a tree waits for one box before the next, and tests leaves whose triangles are mostly elsewhere.
-// Here nothing waits, and nothing is chosen. Hits are those of the tree to the bit: the same operations, lane
-// by lane.
+// Here nothing waits, and nothing is chosen.
+//
+// Few triangles are large ones, such as walls: vertices are floats as they were given, on no lattice.
+// Distances of trees are means of the corners', and off by rounding of the triangle's size; those of walls
+// that stand along axes are here what they are divided by the ray's slope, and off by rounding of themselves.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 #include "hierarchy/candidate.h"
 #include "hierarchy/leaf_lanes.h"
-#include "hierarchy/page.h"
 
 namespace kanuka::hierarchy {
 
@@ -26,15 +27,13 @@ class TriangleList {
     };
     struct Triangle {
         uint32_t vertex[3];
-        Ref leaf; // where the page has it,
-        uint32_t primitive;
+        int8_t across; // the axis along which all corners have one coordinate; -1: there is none
     };
 
-    // Nothing where the page has more, or has other leaves than those of triangles that stay as they are.
-    static std::optional<TriangleList> of(const Page& page);
-
-    std::span<const Vertex> vertices() const { return m_vertices; }     // each once
-    std::span<const Triangle> triangles() const { return m_triangles; } // by leaf and primitive
+    // There are at most `Most`. Vertices that are the same are kept once.
+    void add(const Vec3f (&corners)[3]);
+    std::span<const Vertex> vertices() const { return m_vertices; }
+    std::span<const Triangle> triangles() const { return m_triangles; } // in the order in which they came
 
   private:
     std::vector<Vertex> m_vertices;
@@ -60,7 +59,7 @@ class ListTracer {
   public:
     // accepts(lanes, triangle, depths): which of these lanes, as bits.
     ListTracer(const TriangleList& list, const RayLanes<W>& rays, Accepts& accepts)
-        : m_list(list), m_accepts(accepts), m_order(rays.d), m_o(m_order.turned(rays.o)) {
+        : m_list(list), m_accepts(accepts), m_rays(rays), m_order(rays.d), m_o(m_order.turned(rays.o)) {
         const Vec3<Float<W>> d = m_order.turned(rays.d);
         m_minus_slope[0] = -d.x / d.z, m_minus_slope[1] = -d.y / d.z;
         m_range = {Float<W>(1.0f) / d.z, rays.t_min,
@@ -166,7 +165,11 @@ class ListTracer {
         for (size_t i = 0; i < count && active != 0; i++) {
             const uint32_t k = passed[i];
             const Edges edges(seen, triangles[k]);
-            const Depths<W> depths(m_range, edges.inside() & active, edges.corner, edges.weight, edges.z);
+            const Depths<W> depths(m_range, edges.inside() & active, edges.corner, edges.weight, edges.z,
+                                   [&](Float<W> depth, Float<W> sum) {
+                                       return triangles[k].across >= 0 ? distance_across(triangles[k])
+                                                                       : depth * m_range.per_z / sum;
+                                   });
             // Of hits at one distance that of the lowest number counts, which came first.
             Mask<W> hit =
                 mask_of_bits(depths.hit) & ((depths.t < m_range.t_max) | (m_hits.triangle < Int<W>(0)));
@@ -181,12 +184,17 @@ class ListTracer {
                 m_range.t_max = select(hit, depths.t, m_range.t_max);
         }
     }
+    Float<W> distance_across(const TriangleList::Triangle& wall) const {
+        const int axis = wall.across;
+        return (Float<W>(m_list.vertices()[wall.vertex[0]].at[axis]) - m_rays.o[axis]) / m_rays.d[axis];
+    }
     static Mask<W> mask_of_bits(uint32_t bits) {
         return ((Int<W>(int(bits)) >> Int<W>::lane_index()) & Int<W>(1)) != Int<W>(0);
     }
 
     const TriangleList& m_list;
     Accepts& m_accepts;
+    const RayLanes<W>& m_rays;
     const Order m_order;
     const Vec3<Float<W>> m_o; // as m_order has it
     Float<W> m_minus_slope[2];
