@@ -68,6 +68,22 @@ TEST(Bvh, RandomQuadsAgainstBruteForce) {
     compare(shapes, rays, intersect<8>(*scene, rays), 2000);
 }
 
+// A landscape of a few polygons is as large as all that stands on it: 2^-17 of it would show there.
+TEST(Bvh, FewLargePolygonsStayWhereTheyAre) {
+    Shapes shapes;
+    const float far = 5000, height = 0.53f;
+    shapes.add_mesh(4, {{-far, -far, height}, {far, -far, height}, {far, far, height}, {-far, far, height}},
+                    {0, 1, 2, 3});
+    shapes.add_sphere({3, 3, 1.53f}, 1, 24);
+    const auto scene = shapes.flat_scene();
+    EXPECT_GT(scene->page_bytes().built, 0u);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 64; i++)
+        rays.push_back({{float(i % 8) - 4, float(i / 8) - 8, 2.53f}, {0, 0, -1}});
+    for (const Hit& h : intersect<8>(*scene, rays))
+        EXPECT_NEAR(h.t, 2, 0.002f);
+}
+
 // u and v run over the whole grid; a cell splits into (0,0) (1,0) (0,1) and (1,1) (0,1) (1,0).
 TEST(Bvh, GridCoordinatesNameThePlace) {
     Shapes shapes;

@@ -14,6 +14,9 @@ namespace kanuka::bvh {
 namespace {
 
 constexpr size_t ShapesATask = 64;
+// So few may be as large as a landscape, whose 2^-17 shows where things stand on it. Their vertices keep 22
+// bits, in leaves of floats.
+constexpr uint64_t FewPolygons = 4096; // triangles
 
 struct Reach { // of a group, from the world on by instances that bound no solids
     bool reached = false;
@@ -161,7 +164,11 @@ PageScene::Lattices::Lattices(const store::Store& store, const Shapes& shapes) {
     if (!voters.empty())
         cut.clear(); // whole cells say more about what they need than slivers
     grids = hierarchy::votes_of({voters, cut}).lattice();
-    meshes = hierarchy::votes_of({{}, polygons, true}).lattice();
+    uint64_t triangles = 0;
+    for (const hierarchy::MeshView& mesh : polygons)
+        triangles += mesh.triangles();
+    meshes =
+        triangles <= FewPolygons ? hierarchy::Lattice{} : hierarchy::votes_of({{}, polygons, true}).lattice();
     fibres = hierarchy::fibre_lattice_of(hairs);
 }
 
