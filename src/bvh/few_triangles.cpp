@@ -1,5 +1,8 @@
 #include "bvh/few_triangles.h"
 
+#include <cstring>
+
+#include "base/cpu.h"
 #include "base/rows.h"
 #include "bvh/page_views.h"
 #include "bvh/presence.h"
@@ -128,53 +131,96 @@ uint64_t FewTriangles::bytes() const {
     return m_list.vertices().size_bytes() + m_list.triangles().size_bytes() + m_rows.size() * sizeof(Row);
 }
 
-template <Query Asked, int W>
-hierarchy::ListHits<W> FewTriangles::trace(const RayPacket<W>& packet,
-                                           const hierarchy::RayLanes<W>& rays) const {
-    if (!m_partly) {
-        hierarchy::AcceptsAll all;
-        return hierarchy::ListTracer<W, Asked, hierarchy::AcceptsAll>(m_list, rays, all).run();
+namespace {
+
+// Two packets as one, and back.
+Float<16> joined(Float<8> a, Float<8> b) {
+    return Float<16>(__builtin_shufflevector(a.v, b.v, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+}
+hierarchy::RayLanes<16> joined(const hierarchy::RayLanes<8>& a, const hierarchy::RayLanes<8>& b) {
+    hierarchy::RayLanes<16> both;
+    for (int c = 0; c < 3; c++)
+        both.o[c] = joined(a.o[c], b.o[c]), both.d[c] = joined(a.d[c], b.d[c]);
+    both.t_min = joined(a.t_min, b.t_min), both.t_max = joined(a.t_max, b.t_max);
+    return both;
+}
+template <class V8, class V16>
+V8 half(const V16& both, size_t which) {
+    V8 of;
+    std::memcpy(&of.v, reinterpret_cast<const char*>(&both.v) + which * sizeof of.v, sizeof of.v);
+    return of;
+}
+hierarchy::ListHits<8> half(const hierarchy::ListHits<16>& both, size_t which) {
+    return {half<Float<8>>(both.t, which), half<Float<8>>(both.u, which), half<Float<8>>(both.v, which),
+            half<Int<8>>(both.triangle, which)};
+}
+
+} // namespace
+
+// rays_of(i): of a packet; take(i, hits).
+template <Query Asked, int W, class RaysOf, class Take>
+void FewTriangles::trace(std::span<const RayPacket<W>> packets, const RaysOf& rays_of,
+                         const Take& take) const {
+    size_t i = 0;
+    if constexpr (W == 8)
+        if (!m_partly && has_avx512())
+            for (; i + 1 < packets.size(); i += 2) {
+                const hierarchy::ListHits<16> both =
+                    hierarchy::list_hits_16(m_list, joined(rays_of(i), rays_of(i + 1)), Asked);
+                take(i, half(both, 0)), take(i + 1, half(both, 1));
+            }
+    for (; i < packets.size(); i++) {
+        const hierarchy::RayLanes<W> rays = rays_of(i);
+        if (m_partly) {
+            Presence<W> presence(m_store, m_rows, packets[i]);
+            take(i, hierarchy::ListTracer<W, Asked, Presence<W>>(m_list, rays, presence).run());
+        } else {
+            hierarchy::AcceptsAll all;
+            take(i, hierarchy::ListTracer<W, Asked, hierarchy::AcceptsAll>(m_list, rays, all).run());
+        }
     }
-    Presence<W> presence(m_store, m_rows, packet);
-    return hierarchy::ListTracer<W, Asked, Presence<W>>(m_list, rays, presence).run();
 }
 
 template <int W>
 void FewTriangles::intersect(std::span<const RayPacket<W>> rays, std::span<HitPacket<W>> hits) const {
-    for (size_t i = 0; i < rays.size(); i++) {
-        HitPacket<W>& to = hits[i];
-        const Float<W> t_max = select(to.hit, to.t, rays[i].t_max);
-        const hierarchy::ListHits<W> found =
-            trace<Query::Closest>(rays[i], lanes_of<W>(rays[i], t_max, rays[i].active));
-        const Mask<W> hit = found.triangle >= Int<W>(0);
-        if (none(hit))
-            continue;
-        const kanuka::Row<W, Words> row =
-            load_rows<Words, W>(m_rows.data(), select(hit, found.triangle, Int<W>(0)) * Int<W>(Words));
-        const auto number = [&](Column c) { return bitcast_int(row[c]); };
-        const Mask<W> flips = number(Flips) != Int<W>(0);
-        to.hit |= hit;
-        to.t = select(hit, found.t, to.t);
-        to.u = select(hit, in_grid(found.u, flips, row[CellColumn], row[Columns]), to.u);
-        to.v = select(hit, in_grid(found.v, flips, row[CellRow], row[Rows]), to.v);
-        to.Ng = select(hit, Vec3<Float<W>>{row[NgX], row[NgY], row[NgZ]}, to.Ng);
-        to.shape = select(hit, number(Shape), to.shape);
-        to.prim = select(hit, number(Prim), to.prim);
-        const Int<W> zero(0);
-        to.instanced = select(hit, zero, to.instanced);
-        to.variation = select(hit, zero, to.variation);
-        to.slot_shift = select(hit, zero, to.slot_shift);
-        to.magnitude = select(hit, Float<W>(0.0f), to.magnitude);
-    }
+    const auto rays_of = [&](size_t i) {
+        return lanes_of<W>(rays[i], select(hits[i].hit, hits[i].t, rays[i].t_max), rays[i].active);
+    };
+    trace<Query::Closest, W>(rays, rays_of,
+                             [&](size_t i, const hierarchy::ListHits<W>& found) { put(found, hits[i]); });
+}
+
+template <int W>
+void FewTriangles::put(const hierarchy::ListHits<W>& found, HitPacket<W>& to) const {
+    const Mask<W> hit = found.triangle >= Int<W>(0);
+    if (none(hit))
+        return;
+    const kanuka::Row<W, Words> row =
+        load_rows<Words, W>(m_rows.data(), select(hit, found.triangle, Int<W>(0)) * Int<W>(Words));
+    const auto number = [&](Column c) { return bitcast_int(row[c]); };
+    const Mask<W> flips = number(Flips) != Int<W>(0);
+    to.hit |= hit;
+    to.t = select(hit, found.t, to.t);
+    to.u = select(hit, in_grid(found.u, flips, row[CellColumn], row[Columns]), to.u);
+    to.v = select(hit, in_grid(found.v, flips, row[CellRow], row[Rows]), to.v);
+    to.Ng = select(hit, Vec3<Float<W>>{row[NgX], row[NgY], row[NgZ]}, to.Ng);
+    to.shape = select(hit, number(Shape), to.shape);
+    to.prim = select(hit, number(Prim), to.prim);
+    const Int<W> zero(0);
+    to.instanced = select(hit, zero, to.instanced);
+    to.variation = select(hit, zero, to.variation);
+    to.slot_shift = select(hit, zero, to.slot_shift);
+    to.magnitude = select(hit, Float<W>(0.0f), to.magnitude);
 }
 
 template <int W>
 void FewTriangles::find_occluded(std::span<const RayPacket<W>> rays, std::span<Mask<W>> hidden) const {
-    for (size_t i = 0; i < rays.size(); i++) {
-        const Mask<W> active = rays[i].active & !hidden[i];
-        hidden[i] |=
-            trace<Query::Any>(rays[i], lanes_of<W>(rays[i], rays[i].t_max, active)).triangle >= Int<W>(0);
-    }
+    const auto rays_of = [&](size_t i) {
+        return lanes_of<W>(rays[i], rays[i].t_max, rays[i].active & !hidden[i]);
+    };
+    trace<Query::Any, W>(rays, rays_of, [&](size_t i, const hierarchy::ListHits<W>& found) {
+        hidden[i] |= found.triangle >= Int<W>(0);
+    });
 }
 
 template void FewTriangles::intersect<1>(std::span<const RayPacket<1>>, std::span<HitPacket<1>>) const;

@@ -33,8 +33,10 @@ class FewTriangles {
   private:
     explicit FewTriangles(const store::Store& store) : m_store(store) {}
     void add(int shape);
-    template <hierarchy::Query Asked, int W>
-    hierarchy::ListHits<W> trace(const RayPacket<W>& packet, const hierarchy::RayLanes<W>& rays) const;
+    template <hierarchy::Query Asked, int W, class RaysOf, class Take>
+    void trace(std::span<const RayPacket<W>> packets, const RaysOf& rays_of, const Take& take) const;
+    template <int W>
+    void put(const hierarchy::ListHits<W>& found, HitPacket<W>& to) const;
 
     const store::Store& m_store;
     hierarchy::TriangleList m_list;

@@ -92,6 +92,11 @@ class ListTracer {
         }
         // Of a vertex that is the same for all lanes.
         Float<W> coordinate(int k, const TriangleList::Vertex& vertex) const {
+#ifdef __AVX512F__
+            if constexpr (W == 16)
+                return Float<W>((typename Float<W>::F)_mm512_permutevar_ps(
+                    _mm512_broadcast_f32x4(_mm_load_ps(vertex.at)), (__m512i)m_axis[k].v));
+#endif
             if constexpr (W % 8 == 0) {
                 Float<W> all;
                 const __m256 both = _mm256_broadcast_ps(reinterpret_cast<const __m128*>(vertex.at));
@@ -201,5 +206,8 @@ class ListTracer {
     DepthRange<W> m_range; // up to the closest hit so far
     ListHits<W> m_hits;
 };
+
+// By AVX-512, where everything is there: for machines that have it alone.
+ListHits<16> list_hits_16(const TriangleList& list, const RayLanes<16>& rays, Query asked);
 
 } // namespace kanuka::hierarchy
