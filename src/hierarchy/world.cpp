@@ -3,63 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <optional>
 #include <utility>
 
 #include "base/error.h"
 #include "base/tasks.h"
 #include "hierarchy/instances.h"
-#include "hierarchy/nodes.h"
-#include "hierarchy/reach.h"
+#include "hierarchy/level_boxes.h"
 
 namespace kanuka::hierarchy {
 
 namespace {
 
-constexpr size_t PlacesATask = 4096;
-// Radians between two boxes of what turns. It swells by a twentieth meanwhile, and most that turns has but
-// two, which its leaf has room for.
-constexpr double TurnAStep = 0.6;
-
-// An instance as a level is told of it.
-struct Placed {
-    uint32_t page, run;
-    uint32_t matrix = 0;             // of the run, and
-    std::array<float, 12> rows = {}; // what it is: by floats, as whoever shades a hit has it
-    bool stays = false;
-    const MotionPath* path = nullptr;
-    LevelRange seen = {};
-    uint32_t intervals = 0; // of time: what lies there changes
-
-    bool moves() const { return path || intervals > 0; } // or changes
-};
-
 bool is_affine(const Transform& t) {
     return t.m[3][0] == 0 && t.m[3][1] == 0 && t.m[3][2] == 0 && t.m[3][3] == 1;
 }
-Transform transform_of(const std::array<float, 12>& rows) {
-    Transform t;
-    for (size_t r = 0; r < 3; r++)
-        _mm256_storeu_pd(t.m[r].data(), _mm256_cvtps_pd(_mm_loadu_ps(rows.data() + 4 * r)));
-    return t;
-}
-
-// Around the eight corners. Rays are made for the page by numbers that are rounded: the box is a little
-// larger.
-Bounds3f box_of(const Transform& t, const Bounds3f& b) {
-    Bounds3f box;
-    for (size_t a = 0; a < 3; a++) {
-        double middle = t.m[a][3], half = 0;
-        for (int k = 0; k < 3; k++) {
-            middle += t.m[a][size_t(k)] * (double(b.lo[k]) + double(b.hi[k])) / 2;
-            half += std::abs(t.m[a][size_t(k)]) * (double(b.hi[k]) - double(b.lo[k])) / 2;
-        }
-        const double more = 0x1p-20 * (std::abs(middle) + half);
-        box.lo[int(a)] = float(middle - half - more), box.hi[int(a)] = float(middle + half + more);
-    }
-    return box;
-}
-
 // False: no ray can be taken there.
 bool stands(const Placed& p) {
     return p.stays || (std::ranges::all_of(p.rows, [](float v) { return std::isfinite(v); }) &&
@@ -69,87 +26,16 @@ InstanceLeaf leaf_of(const Placed& p, uint32_t number) {
     return {number, p.run, p.matrix, p.seen};
 }
 
-// Around what changes, at the times between its intervals. Vertices are rounded in between: boxes are a
-// little larger.
-void bound(std::span<const Page> pages, std::span<Bounds3f> at) {
-    std::ranges::fill(at, Bounds3f());
-    for (size_t i = 0; i < pages.size(); i++) {
-        const Page& page = pages[i];
-        if (page.header().root == NoRef)
-            continue;
-        const ChangingNode& root = page.at<ChangingNode>(page.header().root);
-        at[i].extend(bounds_at(root, 0)), at[i + 1].extend(bounds_at(root, 1));
-    }
-    const auto some = std::ranges::find_if_not(at, &Bounds3f::empty);
-    for (Bounds3f& box : at) {
-        if (box.empty())
-            box = *some; // all of it is nowhere then: any box will do
-        for (int a = 0; a < 3; a++) {
-            const float more = 0x1p-20f * std::max(std::abs(box.lo[a]), std::abs(box.hi[a]));
-            box.lo[a] -= more, box.hi[a] += more;
-        }
-    }
-}
-
-// Two boxes between which all that are given, at as many even times, lie where they go straight meanwhile.
-BoxOfEnds straight(std::span<const Bounds3f> at) {
-    BoxOfEnds ends{at.front(), at.back()};
-    const double steps = double(at.size() - 1);
-    for (int a = 0; a < 3; a++) {
-        double below = 0, above = 0; // how far others stand out
-        for (size_t k = 1; k + 1 < at.size(); k++) {
-            const double f = double(k) / steps;
-            const auto between = [&](float begin, float end) {
-                return double(begin) + (double(end) - double(begin)) * f;
-            };
-            below = std::max(below, between(ends.begin.lo[a], ends.end.lo[a]) - double(at[k].lo[a]));
-            above = std::max(above, double(at[k].hi[a]) - between(ends.begin.hi[a], ends.end.hi[a]));
-        }
-        for (Bounds3f* end : {&ends.begin, &ends.end}) {
-            if (below > 0)
-                end->lo[a] = std::nextafter(float(double(end->lo[a]) - below), -INFINITY);
-            if (above > 0)
-                end->hi[a] = std::nextafter(float(double(end->hi[a]) + above), INFINITY);
-        }
-    }
-    return ends;
-}
-
-// Of the instances of a level that move or change: their boxes at the times that each needs, one behind the
-// other.
-struct Boxes {
-    LargeVector<uint64_t> first; // of each instance, and behind the last; none where nothing moves
-    LargeVector<Bounds3f> boxes;
-    bool are_two = true; // of each, which nodes have
-
-    template <class PlacementOf>
-    void measure(size_t count, const PlacementOf& placement_of) {
-        first.resize(count + 1);
-        tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; i++)
-                if (const Placed p = placement_of(i); p.moves())
-                    first[i] = p.path ? uint64_t(p.path->times_to_bound(TurnAStep)) : p.intervals + 1;
-        });
-        uint64_t sum = 0;
-        for (uint64_t& n : first) {
-            are_two &= n <= 2;
-            sum += std::exchange(n, sum);
-        }
-        boxes.resize(sum);
-    }
-    bool move(size_t i) const { return !first.empty() && first[i] < first[i + 1]; }
-    std::span<Bounds3f> of(size_t i) { return {boxes.data() + first[i], size_t(first[i + 1] - first[i])}; }
-    MovingLeaf moving_leaf(const Placed& p, uint32_t number) {
-        MovingLeaf leaf{};
-        leaf.place = leaf_of(p, number);
-        if (!move(number))
-            return leaf;
-        const std::span<Bounds3f> all = of(number);
-        leaf.times = uint32_t(all.size());
-        leaf.path = p.path, leaf.boxes = all.size() > 2 ? all.data() : nullptr;
+MovingLeaf moving_leaf(const Placed& p, uint32_t number, Boxes& boxes) {
+    MovingLeaf leaf{};
+    leaf.place = leaf_of(p, number);
+    if (!boxes.move(number))
         return leaf;
-    }
-};
+    const std::span<Bounds3f> all = boxes.of(number);
+    leaf.times = uint32_t(all.size());
+    leaf.path = p.path, leaf.boxes = all.size() > 2 ? all.data() : nullptr;
+    return leaf;
+}
 
 // At most eight instances that lie together, one behind the other in the order of the items.
 struct Eight {
@@ -179,32 +65,6 @@ LargeVector<Eight> eights_of(const SplitTree& tree, const Instances& instances, 
     }
     return eights;
 }
-
-// How far pages reach that stand at many places, by their numbers.
-class Reaches {
-  public:
-    // `places`: how many each page has.
-    Reaches(std::span<const Page> pages, std::span<const size_t> places) : m_reach(pages.size()) {
-        tasks::parallel_for(pages.size(), [&](size_t p) {
-            if (places[p] >= Reach::FewestPlaces && kind_of(pages[p].header().root) == Kind::Nodes)
-                m_reach[p].emplace(pages[p]);
-        });
-    }
-    // Around what is in `box` in a page.
-    Bounds3f box(uint32_t page, const Transform& t, const Bounds3f& box) const {
-        const std::optional<Reach>& reach = m_reach[page];
-        return reach ? reach->box(t) : box_of(t, box);
-    }
-    // The same along a path.
-    MotionPath::Around around(uint32_t page) const {
-        if (!m_reach[page])
-            return {};
-        return [&reach = *m_reach[page]](const Transform& t) { return reach.box(t); };
-    }
-
-  private:
-    std::vector<std::optional<Reach>> m_reach;
-};
 
 // Of instances by their numbers: what stands at each, and how it is written.
 template <class PlacementOf>
@@ -245,7 +105,7 @@ class Standing {
     bool look(size_t i, BoxOfEnds& ends) const { return state(i, ends) == State::Stands; }
     bool moves(size_t i) const { return m_boxes.move(i); }
     void write(uint32_t i, InstanceLeaf& leaf) const { leaf = leaf_of(m_placement_of(i), i); }
-    void write(uint32_t i, MovingLeaf& leaf) const { leaf = m_boxes.moving_leaf(m_placement_of(i), i); }
+    void write(uint32_t i, MovingLeaf& leaf) const { leaf = moving_leaf(m_placement_of(i), i, m_boxes); }
 
   private:
     std::span<const Page> m_pages;
