@@ -143,6 +143,23 @@ struct Key {
     std::array<double, 12> stretched(const Transform& after) const { return rows(stretch, {}, after); }
 };
 
+// Sine and cosine of angles up to a right one, by Taylor's series: off by a bit or two of the last, and the
+// same on every machine, which those of libraries are not.
+struct Turn {
+    double sine, cosine;
+
+    explicit Turn(double a) {
+        const double square = a * a;
+        double of_sine = 1, of_cosine = 1;
+#pragma GCC unroll 10
+        for (int n = 20; n >= 2; n -= 2) {
+            of_sine = std::fma(of_sine, square * (-1.0 / (n * (n + 1))), 1);
+            of_cosine = std::fma(of_cosine, square * (-1.0 / (n * (n - 1))), 1);
+        }
+        sine = a * of_sine, cosine = of_cosine;
+    }
+};
+
 typedef double Row __attribute__((vector_size(32)));
 Row row(const double* p) {
     return Row{p[0], p[1], p[2], p[3]};
@@ -166,7 +183,8 @@ MotionPath::MotionPath(std::span<const TransformKey> keys, const Transform& befo
         p.begin = last.time, p.end = next.time;
         p.angle = next.angle_from(last.rotation);
         if (p.angle > LeastAngle) {
-            p.cotangent = std::cos(p.angle) / std::sin(p.angle), p.per_sine = 1 / std::sin(p.angle);
+            const Turn turn(p.angle);
+            p.cotangent = turn.cosine / turn.sine, p.per_sine = 1 / turn.sine;
             p.from = last.stretched(after), p.to = next.stretched(after);
             p.rotation_from = last.rotation, p.rotation_to = next.rotation;
             p.translation_from = last.translation, p.translation_to = next.translation;
@@ -196,8 +214,8 @@ void MotionPath::at(double time, Transform& t) const {
     }
     if (p.angle > 0) {
         // Spherical linear interpolation (Shoemake 1985): sin((1 - f) a) / sin a and sin(f a) / sin a.
-        const double sine = std::sin(f * p.angle), wa = std::cos(f * p.angle) - p.cotangent * sine,
-                     wb = sine * p.per_sine;
+        const Turn turn(f * p.angle);
+        const double wa = turn.cosine - p.cotangent * turn.sine, wb = turn.sine * p.per_sine;
         Q q;
         for (size_t i = 0; i < 4; i++)
             q[i] = wa * p.rotation_from[i] + wb * p.rotation_to[i];

@@ -39,6 +39,20 @@ TEST(MotionPath, TurnsEvenly) {
     EXPECT_NEAR(path.turning(), 120 * Degree, 1e-12);
 }
 
+// All the way to half a turn, to the last digits: cosines and sines of libraries are the oracle.
+TEST(MotionPath, TurnsAsFarAsLibrariesSay) {
+    for (const double degrees : {0.01, 1.0, 45.0, 90.0, 179.0, 179.99}) {
+        const TransformKey keys[] = {{0, {}}, {1, Transform::rotate(degrees, 0, 0, 1)}};
+        const MotionPath path(keys);
+        for (int k = 0; k <= 1000; k++) {
+            const Transform t = path.at(k * 1e-3);
+            const double angle = degrees * Degree * (k * 1e-3);
+            ASSERT_NEAR(t.m[0][0], std::cos(angle), 2e-15 * degrees + 4e-16) << degrees << " " << k;
+            ASSERT_NEAR(t.m[1][0], std::sin(angle), 2e-15 * degrees + 4e-16) << degrees << " " << k;
+        }
+    }
+}
+
 TEST(MotionPath, StretchesLinearlyAndTakesTheShortWay) {
     const TransformKey grow[] = {{0, Transform::scale(1, 1, 1)}, {1, Transform::scale(3, 1, -1)}};
     expect_near(MotionPath(std::span(grow, 1)).at(0.5), Transform{}, 0);
