@@ -111,8 +111,8 @@ def parts(peers: list[str] | None = None) -> list[Part]:
         for kind in ourselves.TOLERANCE_SCENES
     ]
     made += [
-        Part("watertight", scene, about(ourselves.watertight, scene), 55, scene == "cornell")
-        for scene in ("cornell", "terrain")
+        Part("watertight", scene, about(ourselves.watertight, scene), 55, scene == "still-life")
+        for scene in ("still-life", "terrain")
     ]
     made += [Part("widths", scene, about(ourselves.widths, scene), 50, scene == "cornell") for scene in WIDTH_SCENES]
     made += [  # the first one builds the other renderer, minutes that a quick run does not have

@@ -111,7 +111,8 @@ void FewTriangles::add(int shape) {
                 is_partly_there(m_store, s)};
         if (!is_mesh(s)) {
             row.prim = 0;
-            row.column = float(face % s.mu), row.row = float(face / s.mu);
+            const int grid_row = face / s.mu;
+            row.column = float(face - grid_row * s.mu), row.row = float(grid_row);
             row.columns = float(s.mu), row.rows = float(s.mv);
         }
         m_partly |= row.partly != 0;
