@@ -1,6 +1,8 @@
 #include "hierarchy/triangle_list.h"
 
-#include <cstring>
+#include <algorithm>
+#include <array>
+#include <bit>
 
 namespace kanuka::hierarchy {
 
@@ -8,8 +10,9 @@ void TriangleList::add(const Vec3f (&corners)[3]) {
     Triangle& triangle = m_triangles.emplace_back();
     for (int c = 0; c < 3; c++) {
         const Vertex vertex{{corners[c].x, corners[c].y, corners[c].z, 0}};
+        using Bits = std::array<uint32_t, 4>; // zeros have signs
         const auto same = std::ranges::find_if(m_vertices, [&](const Vertex& other) {
-            return std::memcmp(vertex.at, other.at, sizeof vertex.at) == 0; // zeros have signs
+            return std::bit_cast<Bits>(vertex) == std::bit_cast<Bits>(other);
         });
         triangle.vertex[c] = uint32_t(same - m_vertices.begin());
         if (same == m_vertices.end())
