@@ -1,6 +1,7 @@
 // Transformations that change with time.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <span>
 #include <vector>
@@ -31,6 +32,11 @@ class MotionPath {
     void at(double time, Transform& first_three_rows) const;
     void at(double time, float* row_major_3x4) const;
     bool moves() const { return m_first.begin < m_first.end || !m_more.empty(); }
+    // at() reads so much of it from its first byte on, if it is one piece: less where that does not turn.
+    size_t bytes_read() const {
+        return m_first.angle > 0 ? sizeof(MotionPath)
+                                 : sizeof m_more + offsetof(Piece, to) + sizeof(Piece::to);
+    }
     // Where its pieces meet.
     std::vector<double> times() const;
     // No point of the box strays further than this from the straight and even way between where it is at t0
@@ -63,8 +69,8 @@ class MotionPath {
     const Piece& piece(size_t i) const { return i == 0 ? m_first : m_more[i - 1]; }
     const Piece& piece_at(double time) const;
 
+    std::vector<Piece> m_more; // behind the first
     Piece m_first;
-    std::vector<Piece> m_more;
 };
 
 // key(t) of `outer` times key(t) of `inner`, at all times of both. An empty list stands for its still matrix.

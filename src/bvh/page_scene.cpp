@@ -40,12 +40,12 @@ std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
 
 // What holds of the scene as a whole.
 PagesFrom pages_from(const PagesFrom& asked, std::span<const GroupDesc> groups) {
-    uint64_t still = 0, moving = 0;
+    uint64_t places = 0;
     for (const GroupDesc& group : groups)
         for (const auto& in : group.instances)
-            (in.paths.empty() ? still : moving) += in.size();
+            places += in.size();
     PagesFrom least = asked;
-    if (still >= least.places && still > moving)
+    if (places >= least.places)
         least.cells = least.segments = 0;
     return least;
 }

@@ -117,7 +117,7 @@ struct Interval {
 struct MovingLeaf {
     InstanceLeaf place;
     uint32_t times; // that its boxes are of, where it moves or changes; 0: it stands still
-    uint32_t unused;
+    uint32_t path_bytes;    // that are read of it
     const MotionPath* path; // null: what lies there changes
     // At so many even times; moving things lie within what is interpolated. Null: they are two, as of nodes.
     const Bounds3f* boxes;
@@ -147,7 +147,7 @@ struct MovingLeaf {
                _mm_cvtss_f32(leave) * (1 + TracedRay::Margin);
     }
     void fetch_path() const {
-        for (size_t byte = 0; byte < sizeof(MotionPath); byte += 64)
+        for (size_t byte = 0; byte < path_bytes; byte += 64)
             _mm_prefetch(reinterpret_cast<const char*>(path) + byte, _MM_HINT_T0);
     }
     // Where it is then, by the floats that whoever shades the hit has. False: no ray can be taken there.

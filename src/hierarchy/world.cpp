@@ -33,7 +33,8 @@ MovingLeaf moving_leaf(const Placed& p, uint32_t number, Boxes& boxes) {
         return leaf;
     const std::span<Bounds3f> all = boxes.of(number);
     leaf.times = uint32_t(all.size());
-    leaf.path = p.path, leaf.boxes = all.size() > 2 ? all.data() : nullptr;
+    leaf.path = p.path, leaf.path_bytes = p.path ? uint32_t(p.path->bytes_read()) : 0;
+    leaf.boxes = all.size() > 2 ? all.data() : nullptr;
     return leaf;
 }
 
