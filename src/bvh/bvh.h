@@ -124,8 +124,8 @@ struct PagesFrom {
     uint64_t cells = uint64_t(1) << 22; // of grids
     uint64_t segments = 1 << 16;        // of fibres; and if they take more than places of the group do
     uint64_t changing = 1 << 23;        // either, of what changes and is given at two times
-    uint64_t places = 4096;       // of instances: with so many, all but what changes
-    uint64_t few_triangles = 128; // at most: where a scene has no more, rays test all of them
+    uint64_t places = 4096;             // of instances: with so many, all but what changes
+    uint64_t few_triangles = 128;       // at most: where a scene has no more, rays test all of them
 
     PagesFrom() = default;
     // All in pages, or, ~0, nothing.
