@@ -306,8 +306,16 @@ Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build
     m_impl->few = FewTriangles::of(store, groups, build.pages_from.few_triangles);
     if (m_impl->few)
         groups = {};
-    m_impl->pages = std::make_unique<PageScene>(store, groups, build.pages_from, build.page_bytes,
-                                                build.files, build.leftovers.get());
+    const auto build_pages = [&](const PagesFrom& from) {
+        m_impl->pages = std::make_unique<PageScene>(store, groups, from, build.page_bytes, build.files,
+                                                    build.leftovers.get());
+    };
+    build_pages(build.pages_from);
+    if (build.pages_from.cells > 0 && m_impl->pages->goes_round()) {
+        PagesFrom from = build.pages_from;
+        from.places = ~uint64_t(0); // whatever their number
+        build_pages(from);
+    }
     build.leftovers.reset(); // what is left of them is of no use any more
     tasks::check_cancelled();
     m_impl->groups.resize(2 * std::max<size_t>(groups.size(), 1));

@@ -139,7 +139,7 @@ class Scene {
     struct Build {
         // Of what is Embree's:
         bool compact = false;   // a third of the memory for a little speed
-        bool watertight = true; // no ray passes between polygons that share an edge; a fifth of the speed
+        bool watertight = true; // no ray passes between polygons that share an edge; a tenth of the speed
         std::function<bool()> cancelled = {}; // asked on any thread while it is built
         PagesFrom pages_from = {};
         uint64_t page_bytes = ~uint64_t(0);     // the most of a page: for tests of groups that take several

@@ -246,19 +246,22 @@ TEST(Instances, TakeFewBytes) {
     EXPECT_LT(bytes_each(0), 32); // a leaf of 16, and nodes
 }
 
-// By default, whether they stand still or move.
+// By default, whether they stand still or move, unless they go in circles.
 TEST(Instances, ManyLieInPages) {
     std::mt19937 g(9);
     Shapes shapes;
     const int shape = shapes.add_grid(6, 6, patch());
-    const auto is_in_pages = [&](size_t still, size_t moving) {
+    const auto is_in_pages = [&](size_t still, size_t moving, double around = 0) { // degrees
         std::vector<Transform> all;
         for (size_t i = 0; i < still; i++)
             all.push_back(random_transform(g, 60, 0.5));
         std::vector<MotionPath> paths;
         for (size_t i = 0; i < moving; i++) {
             const Transform at = random_transform(g, 60, 0.5);
-            const TransformKey keys[] = {{0, at}, {1, Transform::translate(1, 0, 0) * at}};
+            std::vector<TransformKey> keys;
+            for (const double t : {0.0, 0.25, 0.5, 0.75, 1.0})
+                keys.push_back(
+                    {t, Transform::rotate(around * t, 0, 1, 0) * Transform::translate(t, 0, 0) * at});
             paths.emplace_back(keys);
         }
         const auto transforms = flatten(all);
@@ -275,6 +278,9 @@ TEST(Instances, ManyLieInPages) {
     EXPECT_FALSE(is_in_pages(0, 4095));
     EXPECT_TRUE(is_in_pages(0, 4096));
     EXPECT_TRUE(is_in_pages(4000, 96));
+    EXPECT_TRUE(is_in_pages(0, 4096, 5));
+    EXPECT_FALSE(is_in_pages(0, 4096, 180)); // boxes that go straight hold all of an arc
+    EXPECT_TRUE(is_in_pages(50000, 4, 180));
 }
 
 // A group that is more than a page may hold takes several, on one lattice: the same hits to the bit, alone

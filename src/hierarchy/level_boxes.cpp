@@ -76,6 +76,39 @@ BoxOfEnds straight(std::span<const Bounds3f> at) {
     return ends;
 }
 
+double surplus(std::span<const Bounds3f> at) {
+    if (at.size() <= 2)
+        return 0;
+    const auto area = [](const Vec3f& side) {
+        return double(side.x) * double(side.y) + double(side.y) * double(side.z) +
+               double(side.z) * double(side.x);
+    };
+    const BoxOfEnds ends = straight(at);
+    double given = 0, straight = 0;
+    for (size_t k = 0; k < at.size(); k++) {
+        const float f = float(k) / float(at.size() - 1);
+        given += area(at[k].hi - at[k].lo);
+        straight += area(lerp(f, ends.begin.hi - ends.begin.lo, ends.end.hi - ends.end.lo));
+    }
+    return given > 0 && std::isfinite(straight) ? std::max(straight / given - 1, 0.0) : 0;
+}
+
+double Boxes::surplus() const {
+    const size_t count = first.empty() ? 0 : first.size() - 1;
+    if (count == 0 || are_two)
+        return 0;
+    std::vector<double> sums((count + PlacesATask - 1) / PlacesATask);
+    tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++)
+            if (move(i))
+                sums[begin / PlacesATask] += hierarchy::surplus(of(i));
+    });
+    double sum = 0;
+    for (const double s : sums)
+        sum += s;
+    return sum / double(count);
+}
+
 Reaches::Reaches(std::span<const Page> pages, std::span<const size_t> places) : m_reach(pages.size()) {
     tasks::parallel_for(pages.size(), [&](size_t p) {
         if (places[p] >= Reach::FewestPlaces && kind_of(pages[p].header().root) == Kind::Nodes)

@@ -38,6 +38,10 @@ void bound(std::span<const Page> pages, std::span<Bounds3f> at);
 // Two boxes between which all that are given, at as many even times, lie where they go straight meanwhile.
 BoxOfEnds straight(std::span<const Bounds3f> at);
 
+// How many rays more meet a box that goes straight than those that are given, as a part of these: what goes
+// in circles has boxes that hold all of a circle.
+double surplus(std::span<const Bounds3f> at);
+
 // Radians between two boxes of what turns. It swells by a twentieth meanwhile, and most that turns has but
 // two.
 inline constexpr double TurnAStep = 0.6;
@@ -65,6 +69,9 @@ struct Boxes {
         boxes.resize(sum);
     }
     bool move(size_t i) const { return !first.empty() && first[i] < first[i + 1]; }
+    // The mean of all instances.
+    double surplus() const;
+    std::span<const Bounds3f> of(size_t i) const { return const_cast<Boxes*>(this)->of(i); }
     std::span<Bounds3f> of(size_t i) { return {boxes.data() + first[i], size_t(first[i + 1] - first[i])}; }
 };
 

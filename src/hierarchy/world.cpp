@@ -246,6 +246,7 @@ uint32_t World::add_level(size_t count, std::span<const size_t> places, int nest
             *before = {}; // there is room for another then
         m_levels.push_back({build(count, standing, moves), count});
     }
+    m_surplus = std::max(m_surplus, boxes.surplus());
     if (!boxes.are_two)
         m_boxes.push_back(std::move(boxes.boxes));
     const uint32_t number = add(m_levels.back().memory.page());

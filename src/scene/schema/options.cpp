@@ -124,7 +124,7 @@ const OptionParameter Rows[] = {
       .about = "and between their normals", .unit = "degrees", .range = NotNegative},
      at<&O::normal_tolerance>},
     {{.name = "watertight", .rib = "kanuka:watertight", .flag = "watertight",
-      .about = "rays never pass between polygons that share an edge; without it they are up to a quarter faster"},
+      .about = "rays never pass between polygons that share an edge; without it they are up to a tenth faster"},
      at<&O::watertight>},
     {{.name = "instance_levels", .rib = "kanuka:instancelevels", .flag = "instance-levels",
       .about = "what stands at many places, near and far, is diced and shaded at a few rates, so many times as finely "
