@@ -35,7 +35,7 @@ class MotionPath {
     // at() reads so much of it from its first byte on, if it is one piece: less where that does not turn.
     size_t bytes_read() const {
         return m_first.angle > 0 ? sizeof(MotionPath)
-                                 : sizeof m_more + offsetof(Piece, to) + sizeof(Piece::to);
+                                 : sizeof(std::vector<Piece>) + offsetof(Piece, to) + sizeof(Piece::to);
     }
     // Where its pieces meet.
     std::vector<double> times() const;
