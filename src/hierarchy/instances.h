@@ -116,7 +116,7 @@ struct Interval {
 // to the last; where it does not, a ray tests the box of its own time before the matrix is made for that.
 struct MovingLeaf {
     InstanceLeaf place;
-    uint32_t times; // that its boxes are of, where it moves or changes; 0: it stands still
+    uint32_t times;         // that its boxes are of, where it moves or changes; 0: it stands still
     uint32_t path_bytes;    // that are read of it
     const MotionPath* path; // null: what lies there changes
     // At so many even times; moving things lie within what is interpolated. Null: they are two, as of nodes.
