@@ -307,6 +307,7 @@ Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build
     if (m_impl->few)
         groups = {};
     const auto build_pages = [&](const PagesFrom& from) {
+        m_impl->pages = nullptr; // not beside those of before
         m_impl->pages = std::make_unique<PageScene>(store, groups, from, build.page_bytes, build.files,
                                                     build.leftovers.get());
     };
