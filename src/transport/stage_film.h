@@ -8,17 +8,6 @@
 
 namespace kanuka::transport {
 
-// Which rays get through, and how what they pass colours their light.
-template <int W>
-[[gnu::noinline]] Mask<W> occlude_tinted(const SceneView& scene, const BatchState& batch,
-                                         bvh::RayPacket<W>& rays, Int<W> path, Spectrum<W>& contribution) {
-    const Passages<W> passages(rays);
-    const Mask<W> lit = rays.active & !scene.geometry.ray_query.occluded(rays);
-    const auto l = load_rows<4>(batch.l, select(rays.active, path, Int<W>(0)) << 2);
-    contribution = contribution * passages.before(scene, rays.t_max, l.data());
-    return lit;
-}
-
 // Shadow rays from `first` on.
 template <int W>
 void load_shadow_rays(const SceneView& scene, const BatchState& batch, const RayQueue& shadows, int first,
@@ -44,24 +33,29 @@ template <int W>
 void occlude(const SceneView& scene, BatchState& batch, const RayQueue& shadows, WallScratch* walls,
              RayBatch<W>& all) {
     if (scene.media.tracked)
-        return occlude_in_media<W>(scene, batch, shadows, walls);
+        return occlude_in_media<W>(scene, batch, shadows, walls, all);
+    const bool tinted = scene.geometry.tinted;
     for (int begin = 0; begin < shadows.count; begin += BatchSize) {
         const int end = std::min(begin + BatchSize, shadows.count);
-        const auto packet = [&](int first) { return size_t((first - begin) / W); };
-        all.resize(end - begin);
+        all.resize(end - begin, tinted);
         for (int first = begin; first < end; first += W)
-            load_shadow_rays(scene, batch, shadows, first, all.rays[packet(first)]);
-        if (!scene.geometry.tinted)
-            scene.geometry.ray_query.find_occluded<W>(all.rays, all.hidden);
+            load_shadow_rays(scene, batch, shadows, first, all.rays[size_t((first - begin) / W)]);
+        if (tinted)
+            all.note_passages();
+        scene.geometry.ray_query.find_occluded<W>(all.rays, all.hidden);
         for (int first = begin; first < end; first += W) {
-            bvh::RayPacket<W>& rays = all.rays[packet(first)];
+            const size_t packet = size_t((first - begin) / W);
+            const bvh::RayPacket<W>& rays = all.rays[packet];
             Spectrum<W> contribution;
             for (int k = 0; k < Wavelengths; k++)
                 contribution[k] = Float<W>::load(shadows.contribution[k] + first);
             const Int<W> path = Int<W>::load(shadows.path + first);
-            const Mask<W> lit = scene.geometry.tinted ? occlude_tinted(scene, batch, rays, path, contribution)
-                                                      : rays.active & !all.hidden[packet(first)];
-            contribute_shadow_rays(scene, batch, path, first, contribution, lit);
+            if (tinted) {
+                const auto l = load_rows<4>(batch.l, select(rays.active, path, Int<W>(0)) << 2);
+                contribution = contribution * all.passages[packet].before(scene, rays.t_max, l.data());
+            }
+            contribute_shadow_rays(scene, batch, path, first, contribution,
+                                   rays.active & !all.hidden[packet]);
         }
     }
 }

@@ -173,28 +173,35 @@ struct RayBatch {
     std::vector<bvh::HitPacket<W>> hits;
     std::vector<Float<W>> reach; // how far paths may go, whatever is hit
     std::vector<Mask<W>> hidden;
+    std::vector<Passages<W>> passages; // where GeometryView::tinted
 
-    void resize(int rays_in_all) {
+    void resize(int rays_in_all, bool tinted) {
         const size_t packets = size_t(rays_in_all + W - 1) / W;
         rays.resize(packets), hits.resize(packets), reach.resize(packets), hidden.resize(packets);
+        if (tinted)
+            passages.resize(packets);
+    }
+    // Of the rays as they are now.
+    void note_passages() {
+        for (size_t p = 0; p < rays.size(); p++)
+            passages[p].note(rays[p]);
     }
 };
 
 // What the rays hit; paths take the colours along of what they have passed.
 template <int W>
 void find_hits(const SceneView& scene, const BatchState& batch, PathQueue& paths, RayBatch<W>& all) {
-    if (!scene.geometry.tinted) {
-        scene.geometry.ray_query.intersect<W>(all.rays, all.hits);
+    if (scene.geometry.tinted)
+        all.note_passages();
+    scene.geometry.ray_query.intersect<W>(all.rays, all.hits);
+    if (!scene.geometry.tinted)
         return;
-    }
     for (size_t p = 0; p < all.rays.size(); p++) {
-        bvh::RayPacket<W>& rays = all.rays[p];
+        const bvh::RayPacket<W>& rays = all.rays[p];
         const bvh::HitPacket<W>& hit = all.hits[p];
-        Passages<W> passages(rays);
-        scene.geometry.ray_query.intersect(rays, all.hits[p]);
         const Int<W> slots = min(Int<W>::lane_index() + Int<W>(int(p) * W), Int<W>(paths.count - 1));
-        tint_paths(scene, batch, paths, slots, passages, select(hit.hit, hit.t, rays.t_max), rays.active);
-        rays.passages = nullptr;
+        tint_paths(scene, batch, paths, slots, all.passages[p], select(hit.hit, hit.t, rays.t_max),
+                   rays.active);
     }
 }
 
@@ -242,7 +249,7 @@ void intersect(const SceneView& scene, BatchState& batch, PathQueue& paths, int 
     const Float<W> far(1e30f);
     const auto slots_of = [](int first) { return Int<W>::lane_index() + Int<W>(first); };
     const auto in_use_of = [&](int first) { return min(slots_of(first), Int<W>(count - 1)); };
-    all.resize(count);
+    all.resize(count, scene.geometry.tinted);
     for (int first = 0; first < count; first += W) {
         const Int<W> in_use = in_use_of(first);
         bvh::RayPacket<W>& rays = all.rays[size_t(first / W)];

@@ -22,7 +22,11 @@ Spectrum<W> tint(const SceneView& scene, const Vec3<Float<W>>& rgb, const Float<
 template <int W>
 class Passages {
   public:
-    explicit Passages(bvh::RayPacket<W>& rays) { rays.passages = m_of_lane; }
+    // Of what the rays pass from now on; must outlive their query.
+    void note(bvh::RayPacket<W>& rays) {
+        forget();
+        rays.passages = m_of_lane;
+    }
     void forget() {
         for (bvh::LetThrough& p : m_of_lane)
             p.count = 0;
