@@ -8,7 +8,7 @@
 namespace kanuka::hierarchy {
 
 inline constexpr uint32_t Magic = 0x4752484b; // "KHRG"
-inline constexpr uint32_t Version = 4;
+inline constexpr uint32_t Version = 5;
 // References count bytes in units of 16; groups of children begin at multiples of four units.
 inline constexpr size_t UnitBytes = 16, GroupUnits = 4;
 // Vector loads at the last leaf reach beyond it by less than this.
@@ -72,6 +72,10 @@ constexpr bool is_leaf(Ref ref) {
 // Eight children, whose boxes have planes (origin + q) * 2^exponent, axis by axis. Origin and exponent share
 // a word: origin << 8 | biased exponent. |origin + q| < 2^23 + 256, so planes are floats without rounding.
 struct alignas(64) Node {
+    // What is in a box is so many steps or more away from its planes: more than rounding that is relative to
+    // the width of the node (docs/hierarchy.md, "Robustness").
+    static constexpr double Slack = 0x1p-11;
+
     uint8_t plane[3][2][8]; // axis, lower or upper, child
     int32_t frame[3];
     uint32_t children; // of one kind, one behind the other: see Children
@@ -100,7 +104,7 @@ struct Children {
     }
     // Of a child. `ends`: 2 where leaves are as an interval begins and as it ends.
     Ref ref(uint32_t place, uint32_t ends = 1) const;
-    uint32_t stride(uint32_t ends = 1) const; // units from a child to the next
+    constexpr uint32_t stride(uint32_t ends = 1) const; // units from a child to the next
     uint32_t word() const {
         return uint32_t(kind) << KindShift | uint32_t(count - 1) << CountShift |
                offset / uint32_t(GroupUnits);
@@ -190,7 +194,7 @@ static_assert(sizeof(FibreFloat) == 240);
 
 // Units from a child to the next, by kind.
 inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 7, 9, 15, 1, 3, 8, 8};
-inline uint32_t Children::stride(uint32_t ends) const {
+constexpr uint32_t Children::stride(uint32_t ends) const {
     return UnitsOf[uint32_t(kind)] * (is_of_ends(kind) ? 1 : ends);
 }
 inline Ref Children::ref(uint32_t place, uint32_t ends) const {

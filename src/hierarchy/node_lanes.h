@@ -34,23 +34,36 @@ struct Entered {
     // From the far ones to the near.
     [[gnu::always_inline]] Entered sorted() const { return {sort_down(keys), count, children}; }
 };
+// Eight from the place 8 - n on: all bits of n lanes.
+alignas(64) inline constexpr uint32_t children_masks[16] = {~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u, ~0u};
 // Those that begin before they end.
 [[gnu::always_inline]] inline Entered entered_of(const Node& node, __m256 t, __m256 end) {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    const __m256i is_there =
-        _mm256_cmpgt_epi32(_mm256_set1_epi32(int(node.children >> Children::CountShift & 7) + 1), lane);
-    const __m256 entered = _mm256_and_ps(_mm256_cmp_ps(t, end, _CMP_LE_OQ), _mm256_castsi256_ps(is_there));
+    const uint32_t* const is_there = children_masks + (~node.children >> Children::CountShift & 7);
+    const __m256 entered =
+        _mm256_and_ps(_mm256_cmp_ps(t, end, _CMP_LE_OQ),
+                      _mm256_castsi256_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(is_there))));
     const __m256i key =
         _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(t)), lane);
     return {_mm256_and_si256(key, _mm256_castps_si256(entered)),
             __builtin_popcount(unsigned(_mm256_movemask_ps(entered))), node.children};
 }
+// Units from the first child of a node to each, by kind.
+struct StepsToChildren {
+    alignas(32) uint32_t of[16][8];
+    constexpr explicit StepsToChildren(uint32_t ends) : of{} {
+        for (uint32_t kind = 0; kind < 16; kind++)
+            for (uint32_t place = 0; place < 8; place++)
+                of[kind][place] = place * Children{Kind(kind), 1, 0}.stride(ends);
+    }
+};
+inline constexpr StepsToChildren steps_to_children(1), steps_to_changing(2);
 // Where those children are. `ends`: as of Children::ref().
 [[gnu::always_inline]] inline __m256i refs_of(const Entered& entered, uint32_t ends = 1) {
     const Children c = Children::of(entered.children);
-    const __m256i place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    const __m256i all = _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(c.stride(ends)))),
-                                         _mm256_set1_epi32(int(c.ref(0))));
+    const __m256i places = _mm256_load_si256(reinterpret_cast<const __m256i*>(
+        (ends == 1 ? steps_to_children : steps_to_changing).of[int(c.kind)]));
+    const __m256i all = _mm256_add_epi32(places, _mm256_set1_epi32(int(c.ref(0))));
     return _mm256_permutevar8x32_epi32(all, entered.keys); // looks at three bits of each
 }
 
@@ -85,31 +98,25 @@ template <class Near, class Far>
 template <class NodeKind>
 struct PlanesAlong;
 
-// A plane q lies at distance ((origin + q) step - o) / d = q scale + shift along the ray. The error of the
-// shift is relative to that itself, so to the distance and to the width of the node: hence two margins.
+// A plane q lies at distance ((origin + q) step - o) / d = q scale + shift along the ray.
 template <>
 struct PlanesAlong<Node> {
-    alignas(16) float scale[4], near_shift[4], far_shift[4];
+    alignas(16) float scale[4], shift[4];
 
     [[gnu::always_inline]] void set(const Node& node, const TracedRay& ray, float = 0) {
         const NodeFrame frame(node);
         const __m128 per_d = _mm_load_ps(ray.per_d);
-        const __m128 scale_of = _mm_mul_ps(frame.step, per_d),
-                     shift = _mm_mul_ps(_mm_fmsub_ps(frame.origin, frame.step, _mm_load_ps(ray.o)), per_d);
-        const __m128 margin =
-            _mm_mul_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), scale_of), _mm_set1_ps(TracedRay::StepMargin));
-        _mm_store_ps(scale, scale_of);
-        _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
-        _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
+        _mm_store_ps(scale, _mm_mul_ps(frame.step, per_d));
+        _mm_store_ps(shift, _mm_mul_ps(_mm_fmsub_ps(frame.origin, frame.step, _mm_load_ps(ray.o)), per_d));
     }
     [[gnu::always_inline]] Entered enter(const Node& node, const TracedRay& ray) const {
-        const auto cross = [&](int a, int plane, const float* shift) {
+        const auto cross = [&](int a, int plane) {
             return _mm256_fmadd_ps(eight_planes(node.plane[0][0] + plane), _mm256_broadcast_ss(scale + a),
                                    _mm256_broadcast_ss(shift + a));
         };
         return entered_between(
-            node, ray, [&](int a) { return cross(a, ray.near_plane[a], near_shift); },
-            [&](int a) { return cross(a, ray.far_plane[a], far_shift); });
+            node, ray, [&](int a) { return cross(a, ray.near_plane[a]); },
+            [&](int a) { return cross(a, ray.far_plane[a]); });
     }
 };
 [[gnu::always_inline]] inline Entered enter_children(const Node& node, const TracedRay& ray) {
@@ -122,26 +129,20 @@ struct PlanesAlong<Node> {
 // ((1 - f) (o0 + q0) step0 + f (o1 + q1) step1 - o) / d = q0 scale0 + q1 scale1 + shift.
 template <>
 struct PlanesAlong<ChangingNode> {
-    alignas(16) float scale0[4], scale1[4], near_shift[4], far_shift[4];
+    alignas(16) float scale0[4], scale1[4], shift[4];
 
     [[gnu::always_inline]] void set(const ChangingNode& node, const TracedRay& ray, float fraction) {
         const NodeFrame first(node.begin), last(node.end);
         const __m128 per_d = _mm_load_ps(ray.per_d);
         const __m128 step0 = _mm_mul_ps(first.step, _mm_set1_ps(1 - fraction)),
                      step1 = _mm_mul_ps(last.step, _mm_set1_ps(fraction));
-        const __m128 scale0_of = _mm_mul_ps(step0, per_d), scale1_of = _mm_mul_ps(step1, per_d);
         const __m128 origin =
             _mm_fmadd_ps(last.origin, step1, _mm_fmsub_ps(first.origin, step0, _mm_load_ps(ray.o)));
-        const __m128 shift = _mm_mul_ps(origin, per_d), sign = _mm_set1_ps(-0.0f);
-        const __m128 margin =
-            _mm_mul_ps(_mm_add_ps(_mm_andnot_ps(sign, scale0_of), _mm_andnot_ps(sign, scale1_of)),
-                       _mm_set1_ps(TracedRay::StepMargin));
-        _mm_store_ps(scale0, scale0_of), _mm_store_ps(scale1, scale1_of);
-        _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
-        _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
+        _mm_store_ps(scale0, _mm_mul_ps(step0, per_d)), _mm_store_ps(scale1, _mm_mul_ps(step1, per_d));
+        _mm_store_ps(shift, _mm_mul_ps(origin, per_d));
     }
     [[gnu::always_inline]] Entered enter(const ChangingNode& node, const TracedRay& ray) const {
-        const auto cross = [&](int a, int plane, const float* shift) {
+        const auto cross = [&](int a, int plane) {
             const __m256 begins =
                 _mm256_fmadd_ps(eight_planes(node.begin.plane[0][0] + plane), _mm256_broadcast_ss(scale0 + a),
                                 _mm256_broadcast_ss(shift + a));
@@ -149,8 +150,8 @@ struct PlanesAlong<ChangingNode> {
                                    _mm256_broadcast_ss(scale1 + a), begins);
         };
         return entered_between(
-            node.begin, ray, [&](int a) { return cross(a, ray.near_plane[a], near_shift); },
-            [&](int a) { return cross(a, ray.far_plane[a], far_shift); });
+            node.begin, ray, [&](int a) { return cross(a, ray.near_plane[a]); },
+            [&](int a) { return cross(a, ray.far_plane[a]); });
     }
 };
 

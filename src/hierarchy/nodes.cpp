@@ -14,6 +14,14 @@ namespace {
 constexpr int Widest = 255;                 // planes from the node's origin
 constexpr int64_t FurthestOrigin = 1 << 23; // of origins, in steps of the node
 
+// The planes around, in steps.
+double first_step(float lo, double per_step) {
+    return std::floor(double(lo) * per_step - Node::Slack);
+}
+double last_step(float hi, double per_step) {
+    return std::ceil(double(hi) * per_step + Node::Slack);
+}
+
 struct Axis {
     int64_t origin;
     int exponent;
@@ -24,11 +32,26 @@ Axis fit_axis(float lo, float hi) {
     int e = std::max({exponent_of(hi - lo) - 8, exponent_of(largest) - 23, -125});
     for (;; e++) {
         const double per_step = double_power_of_two(-e);
-        const double origin = std::floor(double(lo) * per_step), last = std::ceil(double(hi) * per_step);
+        const double origin = first_step(lo, per_step), last = last_step(hi, per_step);
         if (origin >= -double(FurthestOrigin) && origin < double(FurthestOrigin) && last - origin <= Widest)
             return {int64_t(origin), e};
     }
 }
+
+// What planes of a node that is as large as a box make of the boxes in it: larger ones, by a step of each
+// axis in the mean.
+struct Coarse {
+    float step[3];
+    explicit Coarse(const Bounds3f& node) {
+        for (int a = 0; a < 3; a++)
+            step[a] = power_of_two(fit_axis(node.lo[a], node.hi[a]).exponent);
+    }
+    float half_area(const SplitTree::Branch& b) const {
+        const float x = b.hi[0] - b.lo[0] + step[0], y = b.hi[1] - b.lo[1] + step[1],
+                    z = b.hi[2] - b.lo[2] + step[2];
+        return x * y + y * z + z * x;
+    }
+};
 
 class Collapse {
   public:
@@ -85,6 +108,14 @@ class Collapse {
         }
     }
 
+    // What rays save by the surface area heuristic: a node where the branch is, at the price of halves that
+    // are as coarse as the node above. Of what is small in a large node that is nothing, or less.
+    float gain_of_opening(const Branch& b, const Coarse& coarse) const {
+        const Branch &left = branch(b.left), &right = branch(b.right);
+        return coarse.half_area(b) + left.half_area + right.half_area - coarse.half_area(left) -
+               coarse.half_area(right);
+    }
+
     // `ends` of the node itself, which stands at `at`.
     void write(int32_t of, uint32_t at, int depth, uint32_t ends) {
         if (branch(of).left < 0) {
@@ -97,14 +128,17 @@ class Collapse {
         const bool by_height = depth + (branch(of).height + 2) / 3 + 1 >= DeepestNode;
         int32_t child[8] = {of};
         Group g{Kind::Nodes, 1};
+        const Coarse coarse(branch(of).box());
         while (g.count < 8) {
             int best = -1;
-            float most = -1;
+            float most = g.count == 1 ? -FLT_MAX : 0;
             for (int i = 0; i < g.count; i++) {
                 const Branch& b = branch(child[i]);
-                const float size = by_height ? float(b.height) : b.half_area;
-                if (b.left >= 0 && size > most)
-                    most = size, best = i;
+                if (b.left < 0)
+                    continue;
+                const float gain = by_height ? float(b.height) : gain_of_opening(b, coarse);
+                if (gain > most)
+                    most = gain, best = i;
             }
             if (best < 0)
                 break;
@@ -147,8 +181,8 @@ void write_node(Node& node, const Group& group, uint32_t children) {
         for (int i = 0; i < group.count; i++) {
             const Bounds3f& b = group.box[i];
             const double origin = double(axis.origin);
-            node.plane[a][0][i] = uint8_t(std::floor(double(b.lo[a]) * per_step) - origin);
-            node.plane[a][1][i] = uint8_t(std::ceil(double(b.hi[a]) * per_step) - origin);
+            node.plane[a][0][i] = uint8_t(first_step(b.lo[a], per_step) - origin);
+            node.plane[a][1][i] = uint8_t(last_step(b.hi[a], per_step) - origin);
         }
         node.frame[a] = int32_t(uint32_t(axis.origin) << 8) | (axis.exponent + 127);
     }

@@ -62,19 +62,16 @@ struct PacketBoxes {
 
     // The children that a ray may enter: those that it does enter, and few others. A plane q is ahead of a
     // ray by (origin + q) step - o, an interval, which is divided by d, another. All is mirrored so that
-    // directions are positive. Roundings are those of enter_children(), in another order: margins are twice
+    // directions are positive. Roundings are those of enter_children(), in another order: the margin is twice
     // as wide.
     [[gnu::always_inline]] Entered enter_together(const Node& node) const {
         const uint8_t* const planes = node.plane[0][0];
         const NodeFrame frame(node);
         const __m128 step_of = _mm_mul_ps(frame.step, _mm_load_ps(m_sign));
-        const __m128 margin = _mm_mul_ps(frame.step, _mm_set1_ps(2 * TracedRay::StepMargin));
         alignas(16) float step[4], near_shift[4], far_shift[4];
         _mm_store_ps(step, step_of);
-        _mm_store_ps(near_shift,
-                     _mm_sub_ps(_mm_fmsub_ps(frame.origin, step_of, _mm_load_ps(m_o_most)), margin));
-        _mm_store_ps(far_shift,
-                     _mm_add_ps(_mm_fmsub_ps(frame.origin, step_of, _mm_load_ps(m_o_least)), margin));
+        _mm_store_ps(near_shift, _mm_fmsub_ps(frame.origin, step_of, _mm_load_ps(m_o_most)));
+        _mm_store_ps(far_shift, _mm_fmsub_ps(frame.origin, step_of, _mm_load_ps(m_o_least)));
         __m256 first = _mm256_broadcast_ss(&m_t_min), last = _mm256_broadcast_ss(&m_t_max);
         for (int a = 0; a < 3; a++) {
             const __m256 s = _mm256_broadcast_ss(step + a), least = _mm256_broadcast_ss(m_per_d_least + a),
@@ -110,22 +107,20 @@ struct PacketBoxes {
             const uint32_t here = rays >> (strip * W) & AllLanes;
             if (here == 0)
                 continue;
-            Float<W> scale[3], near_shift[3], far_shift[3];
+            Float<W> scale[3], shift[3];
             for (int a = 0; a < 3; a++) {
                 const Float<W> step(std::bit_cast<float>(uint32_t(node.frame[a] & 255) << 23));
                 const Float<W> d = per_d[a][strip];
                 scale[a] = step * d;
-                const Float<W> shift = fma(Float<W>(float(node.frame[a] >> 8)), step, -o[a][strip]) * d,
-                               margin = abs(scale[a]) * Float<W>(TracedRay::StepMargin);
-                near_shift[a] = shift - margin, far_shift[a] = shift + margin;
+                shift[a] = fma(Float<W>(float(node.frame[a] >> 8)), step, -o[a][strip]) * d;
             }
             for (int k = 0; k < may.count; k++) {
                 const uint32_t child = keys[k] & 7;
                 const auto enter = [&](int a) {
-                    return fma(Float<W>(near_planes[a][child]), scale[a], near_shift[a]);
+                    return fma(Float<W>(near_planes[a][child]), scale[a], shift[a]);
                 };
                 const auto leave = [&](int a) {
-                    return fma(Float<W>(far_planes[a][child]), scale[a], far_shift[a]);
+                    return fma(Float<W>(far_planes[a][child]), scale[a], shift[a]);
                 };
                 const Float<W> first = max(max(enter(0), enter(1)), max(enter(2), t_min[strip])),
                                last = min(min(leave(0), leave(1)), min(leave(2), t_max[strip])),

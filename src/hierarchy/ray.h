@@ -38,9 +38,9 @@ inline constexpr AxisOrder axis_order[8] = {{{0, 1, 2, 3}}, {{0, 1, 2, 3}}, {{0,
 
 // Made without branches: what a ray does says nothing about the next.
 struct TracedRay {
-    // Boxes begin nearer and end further away by 2^-20, and by 2^-12 of the step of their planes: more than
-    // all rounding of the test of boxes and of that of triangles together (docs/hierarchy.md, "Robustness").
-    static constexpr float Margin = 0x1p-20f, StepMargin = 0x1p-12f;
+    // Boxes begin nearer and end further away by 2^-20: with Node::Slack more than all rounding of the test
+    // of boxes and of that of triangles together (docs/hierarchy.md, "Robustness").
+    static constexpr float Margin = 0x1p-20f;
     alignas(16) float o[4], per_d[4];
     int near_plane[4], far_plane[4]; // bytes of the node's first ones
     // Triangles: axis[2] is the one along which the ray runs most. Subtracting z times the slopes shears the
@@ -68,8 +68,10 @@ struct TracedRay {
         // Along an axis that it hardly moves along it moves so little: reciprocals stay finite.
         const __m128 least = _mm_mul_ps(_mm_set1_ps(0x1p-60f), largest);
         _mm_store_ps(o, start);
-        _mm_store_ps(per_d,
-                     _mm_div_ps(_mm_set1_ps(1), _mm_or_ps(_mm_max_ps(size, least), _mm_and_ps(d, sign))));
+        const __m128 inverse =
+            _mm_div_ps(_mm_set1_ps(1), _mm_or_ps(_mm_max_ps(size, least), _mm_and_ps(d, sign)));
+        // Fourth: zero. What stands beside frames of nodes would become numbers too small to be normal by it.
+        _mm_store_ps(per_d, _mm_blend_ps(inverse, _mm_setzero_ps(), 0b1000));
         const __m128i backwards = _mm_srai_epi32(_mm_castps_si128(d), 31), upper = _mm_set1_epi32(8);
         const __m128i nearer = _mm_add_epi32(_mm_and_si128(backwards, upper), _mm_setr_epi32(0, 16, 32, 0));
         store(near_plane, nearer), store(far_plane, _mm_xor_si128(nearer, upper)), store(axis, order);

@@ -35,9 +35,10 @@ class Stack {
     // Eight are written where fewer are pushed.
     void push(const Entered& entered, __m256i refs) {
         // With the places, distances are too large by less than their margin.
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + m_size), entered.keys);
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs);
-        m_size += entered.count;
+        const int size = m_size; // which the compiler would read again after each store
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + size), entered.keys);
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + size), refs);
+        m_size = size + entered.count;
     }
     // Takes out what begins behind the closest hit.
     void keep_before(float t) {
