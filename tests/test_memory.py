@@ -201,6 +201,42 @@ def test_what_changes_is_within_it() -> None:
     assert np.abs(sharp - a).mean() > 0.06 * a.mean()  # it moves
 
 
+def cut() -> kanuka.Scene:
+    """A ball with a hole through it, by itself and in ten places."""
+    scene = kanuka.Scene()
+    scene.resolution = 160, 90
+    scene.camera = kanuka.Camera((0, 4, 10), (0, 0, 0), fov=40)
+    group = scene.add_group("bored")
+    for place in (scene, group):
+        body = place.add_solid("difference")
+        place.add_sphere(1, solid=body, material=kanuka.Material("matte", color=(0.6, 0.3, 0.2)))
+        tool = body.add("primitive")
+        place.add_cylinder(0.45, -2, 2, solid=tool, material=kanuka.Material("matte", color=(0.2, 0.3, 0.6)))
+        for z in (-2, 2):
+            lid = np.eye(4)
+            lid[2, 3] = z
+            place.add_disk(0.45, 0, transform=lid, solid=tool)
+    around = [moved(3.5 * np.cos(a), 0.4 * np.sin(3 * a), 3.5 * np.sin(a)) for a in np.linspace(0, 6, 10)]
+    scene.add_instances(group, np.stack(around)[:, :3].astype(np.float32))
+    scene.add_mesh([(-9, -1, -9), (-9, -1, 9), (9, -1, 9), (9, -1, -9)], [0, 1, 2, 3], [4])
+    scene.add_light("distant", amount=3, direction=(-1, -2, -1))
+    scene.add_light("environment", amount=0.4)
+    return scene
+
+
+def test_solids_are_within_it() -> None:
+    """Without a budget Embree has them."""
+    free = kanuka.render(cut(), progressions=16)
+    within = [kanuka.render(cut(), progressions=16, memory=memory) for memory in ("4G", "1M")]
+    stats = within[0].stats["bytes"]
+    assert 0 < stats["bvh"] - stats["hierarchy_built"] < 4000  # levels of eleven places, and nothing else
+    assert same(within[0], within[1])
+    assert same(kanuka.render(cut(), progressions=16, memory="4G", threads=1, lanes=1), within[0])
+    a, b = (np.asarray(p["rgb"], np.float64) for p in (free, within[0]))
+    assert b.mean() == pytest.approx(a.mean(), rel=0.002)
+    assert np.abs(a - b).mean() < 0.05 * a.mean()
+
+
 HELD = """
 import ctypes, sys
 from pathlib import Path

@@ -59,12 +59,14 @@ class Builder {
         m_whole = at % 2 != 0;
         Group& group = m_groups[at];
         group.scene = new_scene();
-        group.trees = SolidTrees(desc.solids);
+        if (!m_pages.holds_solids())
+            group.trees = SolidTrees(desc.solids);
         if (!group.trees.empty())
             group.solids = new_scene();
         add_shapes(group, desc, at / 2);
         for (const auto& instances : desc.instances)
-            if (m_groups[target_of(instances, m_whole)].scene)
+            if (!(instances.bounds_solid && m_pages.holds_solids()) &&
+                m_groups[target_of(instances, m_whole)].scene)
                 add_instances(group, instances, descs[size_t(instances.group)]);
         if (group.geometries.empty()) { // all of it lies in pages, or it is nothing
             for (RTCScene* s : {&group.scene, &group.solids})
@@ -90,8 +92,10 @@ class Builder {
         // Grids by whether hits are filtered, their steps, and how far apart those lie; by the solid that
         // they bound; and by the window of the store that they lie in.
         std::map<std::array<int32_t, 5>, std::vector<int>> grids;
+        const SolidTrees trees(desc.solids);
+        const bool is_plain = m_pages.holds_solids() && trees.empty(); // here it bounds nothing
         for (const auto& range : desc.shapes) {
-            const int solid = group.trees.bounded_by(range.solid);
+            const int solid = is_plain ? -1 : trees.bounded_by(range.solid);
             for (int s = range.first; s < range.first + range.count; s++) {
                 const store::ShapeRecord& shape = m_store.shapes()[size_t(s)];
                 if (!m_whole && m_pages.holds(number, shape, solid))

@@ -7,11 +7,13 @@
 
 namespace kanuka::bvh {
 
-Digest digest_of_pages(const store::Store& store, std::span<const std::vector<int>> pages) {
+Digest digest_of_pages(const store::Store& store, std::span<const std::vector<int>> pages, bool exact) {
     std::vector<int> shapes;
     std::vector<uint64_t> sizes;
     for (const std::vector<int>& page : pages)
         shapes.insert(shapes.end(), page.begin(), page.end()), sizes.push_back(page.size());
+    if (exact)
+        sizes.push_back(~uint64_t(0));
     std::vector<Digest> each(shapes.size());
     tasks::parallel_for(shapes.size(), [&](size_t i) {
         const store::ShapeRecord& s = store.shapes()[size_t(shapes[i])];

@@ -13,8 +13,9 @@
 
 namespace kanuka::bvh {
 
-// All that follows from the shapes of a group, page by page, before their vertices are moved.
-Digest digest_of_pages(const store::Store& store, std::span<const std::vector<int>> pages);
+// All that follows from the shapes of a group, page by page, before their vertices are moved. `exact`: these
+// keep 22 bits.
+Digest digest_of_pages(const store::Store& store, std::span<const std::vector<int>> pages, bool exact);
 
 // Where a page may come from, and go to: it is none of both where nothing was looked for. Of what changes
 // there is one for each interval of time.

@@ -5,7 +5,8 @@
 #include "base/paged_memory.h"
 #include "bvh/fibre_joints.h"
 #include "bvh/matrix.h"
-#include "bvh/page_scene.h"
+#include "bvh/page_hits.h"
+#include "bvh/page_solids.h"
 #include "hierarchy/decode.h"
 #include "hierarchy/queue.h"
 
@@ -75,6 +76,7 @@ class Sink {
 struct Root { // what rays go through
     const hierarchy::World& world;
     uint32_t page, intervals; // as of RayQueue
+    const hierarchy::SolidResolver* solids;
 };
 
 template <hierarchy::Query Asked, class Filter>
@@ -83,12 +85,12 @@ void trace_by(const Root& root, const Rays& rays, Filter& filter, Sink& sink) {
         sink.take(i, hit, path);
     };
     using hierarchy::RayQueue;
-    const auto& [world, page, intervals] = root;
+    const auto& [world, page, intervals, solids] = root;
     if (world.nesting(page) == 0 && intervals == 0)
         RayQueue<8, Asked, Filter>(world.page(page), rays.rays, filter).run(done);
     else
         RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(world, page, rays.rays, filter, rays.times,
-                                                               rays.levels, intervals)
+                                                               rays.levels, intervals, solids)
             .run(done);
 }
 
@@ -103,36 +105,6 @@ void trace(const Root& root, const Rays& rays, Presence* presence, Sink& sink) {
 }
 
 } // namespace
-
-// A part of those who call it: what calls return in memory is read back before it is whole.
-[[gnu::always_inline]] inline PageScene::Place PageScene::place_of(const hierarchy::Page& page,
-                                                                   const hierarchy::Hit& hit) const {
-    const Owner& owner = m_owner_of_page[page.number()];
-    const Own& own = m_groups[size_t(owner.group)].owns[size_t(owner.own)];
-    const hierarchy::Kind kind = hierarchy::kind_of(hit.leaf);
-    if (hierarchy::is_of_grids(kind)) {
-        const hierarchy::Cell cell = hierarchy::cell_of(page, hit.leaf, hit.primitive / 2);
-        const int shape = own.grids.shapes[cell.grid];
-        const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
-        return {shape, 0, (float(cell.column) + hit.u) / float(s.mu), (float(cell.row) + hit.v) / float(s.mv),
-                own.grids.partly[cell.grid] != 0};
-    }
-    if (hierarchy::is_of_fibres(kind)) {
-        const Numbered::Part segment = own.fibres.part(page.name(hit.leaf, int(hit.primitive / 2)));
-        return {segment.shape, segment.number, hit.u, 0, segment.partly};
-    }
-    const auto [shape, number, partly] = own.meshes.part(page.name(hit.leaf, int(hit.primitive)));
-    const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
-    const bool is_mesh = s.flags & store::ShapeRecord::Mesh;
-    if (is_mesh && !(s.flags & store::ShapeRecord::Quads))
-        return {shape, number, hit.u, hit.v, partly};
-    const bool second = number % 2;
-    const float u = second ? 1 - hit.u : hit.u, v = second ? 1 - hit.v : hit.v;
-    if (is_mesh)
-        return {shape, number / 2, u, v, partly};
-    const int cell = number / 2, row = cell / s.mu;
-    return {shape, 0, (float(cell - row * s.mu) + u) / float(s.mu), (float(row) + v) / float(s.mv), partly};
-}
 
 class PageScene::Presence {
   public:
@@ -182,6 +154,10 @@ PageScene::Owner PageScene::follow(const hierarchy::InstancePath& path, const St
         const uint32_t number = path.instance[k];
         if (number < group.owns.size())
             return {at, int(number)}; // a page of the group's own, which lies in it as it is
+        if (group.surfaces >= 0 && number == group.owns.size()) {
+            at = group.surfaces; // likewise
+            continue;
+        }
         const Run& run = *(std::upper_bound(group.runs.begin(), group.runs.end(), number,
                                             [](uint32_t n, const Run& r) { return n < r.first; }) -
                            1);
@@ -275,7 +251,8 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
         std::span<HitPacket<W>> m_hits;
     } sink(*this, rays, packets, hits);
     Presence presence(*this, rays);
-    trace<hierarchy::Query::Closest>({m_world, m_root, root_intervals()}, rays,
+    const Solids solids(*this, rays.levels, rays.beholders);
+    trace<hierarchy::Query::Closest>({m_world, m_root, root_intervals(), &solids}, rays,
                                      m_partly ? &presence : nullptr, sink);
     paged_memory::keep_within_bound();
 }
@@ -301,8 +278,9 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
         std::span<Mask<W>> m_hidden;
     } sink(rays, hidden);
     Presence presence(*this, rays);
-    trace<hierarchy::Query::Any>({m_world, m_root, root_intervals()}, rays, m_partly ? &presence : nullptr,
-                                 sink);
+    const Solids solids(*this, rays.levels, rays.beholders);
+    trace<hierarchy::Query::Any>({m_world, m_root, root_intervals(), &solids}, rays,
+                                 m_partly ? &presence : nullptr, sink);
     paged_memory::keep_within_bound();
 }
 

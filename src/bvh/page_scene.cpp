@@ -18,60 +18,39 @@ constexpr size_t ShapesATask = 64;
 // bits, in leaves of floats.
 constexpr uint64_t FewPolygons = 4096; // triangles
 
-struct Reach { // of a group, from the world on by instances that bound no solids
-    bool reached = false;
-    uint64_t bytes = 0; // of its places: the most in one other group
-};
-std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
-    std::vector<Reach> all(groups.size());
-    all.back().reached = true;
-    for (size_t g = groups.size(); g-- > 0;) {
-        uint64_t bytes = 0;
-        for (const auto& in : groups[g].instances)
-            if (all[g].reached && !in.bounds_solid) {
-                bytes += in.size() * (in.paths.empty() ? BytesAnInstance : BytesAMovingOne);
-                all[size_t(in.group)].reached = true;
-            }
-        for (const auto& in : groups[g].instances)
-            all[size_t(in.group)].bytes = std::max(all[size_t(in.group)].bytes, bytes);
-    }
-    return all;
-}
-
-// What holds of the scene as a whole.
-PagesFrom pages_from(const PagesFrom& asked, std::span<const GroupDesc> groups) {
-    uint64_t places = 0;
-    for (const GroupDesc& group : groups)
-        for (const auto& in : group.instances)
-            places += in.size();
-    PagesFrom least = asked;
-    if (places >= least.places)
-        least.cells = least.segments = 0;
-    return least;
-}
-
 } // namespace
 
 PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, const PagesFrom& asked,
                      uint64_t most_bytes, store::HierarchyFiles* files, Leftovers* leftovers)
     : m_store(store), m_most_bytes(std::min(most_bytes, MostBytes)), m_files(files), m_leftovers(leftovers),
-      m_groups(groups.size()) {
+      m_view_of(groups.size(), {-1, -1, -1}) {
     if (groups.empty())
         return;
-    const std::vector<Reach> reach = reach_of(groups);
-    const PagesFrom least = pages_from(asked, groups);
-    for (size_t g = 0; g < groups.size(); g++) {
-        const bool fits = reach[g].bytes < MostBytes;
-        if (reach[g].reached)
-            build_group(store, groups, g, fits ? least : std::numeric_limits<uint64_t>::max(),
-                        reach[g].bytes);
-    }
+    const PagePlan plan(store, groups, asked);
+    m_holds_solids = plan.holds_solids;
+    for (size_t v = 0; v < plan.views.size(); v++)
+        m_view_of[plan.views[v].group][size_t(plan.views[v].part)] = int(v);
+    m_groups.resize(plan.views.size());
+    for (size_t v = 0; v < plan.views.size(); v++)
+        build_view(store, groups, plan, v);
     m_root = m_groups.back().root;
     m_leftovers = nullptr;
 }
 
-// Of the group, what lies in pages.
-PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& desc, Group& group,
+bool PageScene::is_of(Part part, const SolidTrees& trees, int solid) const {
+    const bool bounds = !trees.empty() && trees.holds(solid);
+    switch (part) {
+    case Part::Plain: // without trees it bounds nothing here
+        return !bounds && (m_holds_solids || trees.bounded_by(solid) < 0);
+    case Part::Surfaces:
+        return bounds;
+    default:
+        return true;
+    }
+}
+
+// Of a part of the group, what lies in pages.
+PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& desc, Part part, Group& group,
                                     const PagesFrom& least, uint64_t place_bytes) const {
     const SolidTrees trees(desc.solids);
     struct Found {
@@ -83,7 +62,7 @@ PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& 
     for (const auto& range : desc.shapes)
         for (int s = range.first; s < range.first + range.count; s++) {
             const store::ShapeRecord& shape = store.shapes()[size_t(s)];
-            if (trees.bounded_by(range.solid) >= 0)
+            if (!is_of(part, trees, range.solid))
                 continue;
             Found& sort = found[size_t(sort_of(shape))];
             sort.shapes.push_back(s);
@@ -114,37 +93,64 @@ PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& 
     return chosen;
 }
 
-void PageScene::build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g,
-                            const PagesFrom& least, uint64_t place_bytes) {
+void PageScene::build_view(store::Store& store, std::span<const GroupDesc> descs, const PagePlan& plan,
+                           size_t v) {
+    const auto [g, part] = plan.views[v];
     const GroupDesc& desc = descs[g];
-    Group& group = m_groups[g];
+    Group& group = m_groups[v];
     group.first_emitter = desc.emitters > 0 ? desc.first_emitter : -1;
     group.slots = desc.slots;
-    if (const Shapes shapes = choose(store, desc, group, least, place_bytes); !shapes.empty())
-        build_owns(store, g, shapes);
+    if (part != Part::Plain) {
+        group.ranges = desc.shapes;
+        std::ranges::sort(group.ranges, {}, &GroupDesc::Range::first);
+    }
+    const PagesFrom least = part != Part::Plain ? PagesFrom(0)
+                            : plan.fits(g)      ? plan.least
+                                                : PagesFrom(std::numeric_limits<uint64_t>::max());
+    // What bounds solids stays where it is given: surfaces that meet are to meet.
+    const bool exact =
+        std::ranges::any_of(desc.shapes, [](const GroupDesc::Range& range) { return range.solid >= 0; });
+    if (const Shapes shapes = choose(store, desc, part, group, least, plan.bytes[g]); !shapes.empty())
+        build_owns(store, v, shapes, exact || part != Part::Plain);
+    place(desc, part, group, v, part == Part::Plain ? view_of(g, Part::Surfaces) : -1);
+    if (part == Part::Surfaces && group.root != None)
+        m_solids.emplace(group.root, SolidTrees(desc.solids));
+}
 
+// The group's own pages, and what stands in it: one page as it is, or all as a level.
+void PageScene::place(const GroupDesc& desc, Part part, Group& group, size_t v, int surfaces) {
     std::vector<hierarchy::Placements> level;
     for (const Own& own : group.owns)
         level.push_back({own.page, {}, {}, {}, own.intervals});
+    if (surfaces >= 0 && m_groups[size_t(surfaces)].root != None) {
+        group.surfaces = surfaces;
+        level.push_back({m_groups[size_t(surfaces)].root, {}, {}, {}, 0, true});
+    }
     uint32_t count = uint32_t(level.size());
     for (const auto& in : desc.instances) {
-        const uint32_t root = m_groups[size_t(in.group)].root;
-        if (in.bounds_solid || root == None || in.size() == 0)
+        // Without solids of the group's own, what would bound some is there as it is.
+        const bool is_here = part == Part::Plain ? !in.bounds_solid || (m_holds_solids && desc.solids.empty())
+                             : part == Part::Surfaces ? in.bounds_solid
+                                                      : true;
+        const int view = view_of(size_t(in.group), in.bounds_solid ? Part::Whole : part);
+        const uint32_t root = is_here && view >= 0 ? m_groups[size_t(view)].root : None;
+        if (root == None || in.size() == 0)
             continue;
         level.push_back({root, in.places, in.paths, in.levels});
-        group.runs.push_back({count, in.group, in.places, in.paths, in.first_slot, in.variations});
+        const int first_slot = part == Part::Plain ? in.first_slot : GroupDesc::Unnumbered;
+        group.runs.push_back({count, view, in.places, in.paths, first_slot, in.variations});
         count += uint32_t(in.size());
     }
-    // One page lies there as it is; in other groups, of which places may move, what changes has a level.
-    const bool is_world = g + 1 == m_groups.size();
-    if (group.runs.empty() && group.owns.size() < 2 &&
+    // In other groups, of which places may move, what changes has a level.
+    const bool is_world = v + 1 == m_groups.size();
+    if (group.surfaces < 0 && group.runs.empty() && group.owns.size() < 2 &&
         (group.owns.empty() || group.owns[0].intervals == 0 || is_world))
         group.root = group.owns.empty() ? None : group.owns[0].page;
     else
-        group.root = m_world.add(level, m_leftovers ? m_leftovers->level_of(g, m_groups.size()) : nullptr);
+        group.root = m_world.add(level, m_leftovers ? m_leftovers->level_of(v, m_groups.size()) : nullptr);
 }
 
-PageScene::Lattices::Lattices(const store::Store& store, const Shapes& shapes) {
+PageScene::Lattices::Lattices(const store::Store& store, const Shapes& shapes, bool exact) {
     std::vector<hierarchy::GridView> voters; // those whose cells are a mesh, too
     std::vector<hierarchy::MeshView> polygons, cut;
     std::vector<hierarchy::FibreView> hairs;
@@ -161,6 +167,9 @@ PageScene::Lattices::Lattices(const store::Store& store, const Shapes& shapes) {
         for (int step = 0; step <= s.motion_segments; step++)
             hairs.push_back(fibre_view(store, s, step));
     }
+    fibres = hierarchy::fibre_lattice_of(hairs);
+    if (exact)
+        return;
     if (!voters.empty())
         cut.clear(); // whole cells say more about what they need than slivers
     grids = hierarchy::votes_of({voters, cut}).lattice();
@@ -169,7 +178,6 @@ PageScene::Lattices::Lattices(const store::Store& store, const Shapes& shapes) {
         triangles += mesh.triangles();
     meshes =
         triangles <= FewPolygons ? hierarchy::Lattice{} : hierarchy::votes_of({{}, polygons, true}).lattice();
-    fibres = hierarchy::fibre_lattice_of(hairs);
 }
 
 // What is shaded and what lights are sampled on is what is hit.
@@ -213,7 +221,7 @@ std::vector<std::vector<int>> PageScene::cut_into_pages(const store::Store& stor
 
 // One lattice for all of a kind, and as many pages as they need: what changes has its own, by the number of
 // its intervals.
-void PageScene::build_owns(store::Store& store, size_t g, const Shapes& shapes) {
+void PageScene::build_owns(store::Store& store, size_t v, const Shapes& shapes, bool exact) {
     const std::vector<std::vector<int>> pages = cut_into_pages(store, shapes);
     std::vector<KeptPages> kept(pages.size());
     uint64_t bytes = 0;
@@ -223,21 +231,21 @@ void PageScene::build_owns(store::Store& store, size_t g, const Shapes& shapes) 
     const hierarchy::Lattices* voted = nullptr; // for already
     store::HierarchyFiles* const files = m_files && m_files->is_worth_files(bytes) ? m_files : nullptr;
     if (files || m_leftovers) {
-        const Digest group = digest_of_pages(store, pages);
+        const Digest group = digest_of_pages(store, pages, exact);
         for (size_t i = 0; i < pages.size(); i++) {
             kept[i].find(m_leftovers, files, group, i, store, pages[i]);
             if (kept[i].lattices())
                 voted = kept[i].lattices();
         }
     }
-    const Lattices lattices = voted ? Lattices(*voted) : Lattices(store, shapes);
+    const Lattices lattices = voted ? Lattices(*voted) : Lattices(store, shapes, exact);
     tasks::parallel_chunks(shapes.surfaces.size(), ShapesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++)
             lattices.move(store, shapes.surfaces[i]);
     });
     tasks::parallel_for(shapes.fibres.size(), [&](size_t i) { lattices.move(store, shapes.fibres[i]); });
     for (size_t i = 0; i < pages.size(); i++)
-        build_own(store, g, pages[i], lattices, kept[i]);
+        build_own(store, v, pages[i], lattices, kept[i]);
 }
 
 void PageScene::Numbered::add(int shape, bool is_partly, size_t parts) {
@@ -266,7 +274,7 @@ PageScene::Own PageScene::number_shapes(const store::Store& store, std::span<con
     return own;
 }
 
-void PageScene::build_own(const store::Store& store, size_t g, std::span<const int> shapes,
+void PageScene::build_own(const store::Store& store, size_t v, std::span<const int> shapes,
                           const Lattices& lattices, KeptPages& kept) {
     Own own = number_shapes(store, shapes);
     own.intervals = uint32_t(store.shapes()[size_t(shapes[0])].motion_segments);
@@ -307,9 +315,9 @@ void PageScene::build_own(const store::Store& store, size_t g, std::span<const i
         const uint32_t number = m_world.add(m_memory.back().page.page());
         own.page = std::min(own.page, number);
         m_owner_of_page.resize(number + 1);
-        m_owner_of_page[number] = {int(g), int(m_groups[g].owns.size())};
+        m_owner_of_page[number] = {int(v), int(m_groups[v].owns.size())};
     }
-    m_groups[g].owns.push_back(std::move(own));
+    m_groups[v].owns.push_back(std::move(own));
 }
 
 Bounds3f PageScene::bounds() const {
@@ -333,9 +341,9 @@ void PageScene::leave(Leftovers& to) {
             to.pages.insert_or_assign(m.content, Leftovers::OfShapes{std::move(m.page), m.lattices});
     std::vector<hierarchy::Level> levels = m_world.take_levels();
     size_t next = 0;
-    for (size_t g = 0; g < m_groups.size(); g++) // each has one level at most, in this order
-        if (m_groups[g].root != None && m_world.nesting(m_groups[g].root) > 0)
-            to.keep_level(g, m_groups.size(), std::move(levels[next++]));
+    for (size_t v = 0; v < m_groups.size(); v++) // each has one level at most, in this order
+        if (m_groups[v].root != None && m_world.nesting(m_groups[v].root) > 0)
+            to.keep_level(v, m_groups.size(), std::move(levels[next++]));
     m_memory.clear();
     m_root = None;
 }

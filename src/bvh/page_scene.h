@@ -1,14 +1,16 @@
 // What of a scene lies in pages of our own hierarchy: grids, meshes and fibres, of groups that have many of
-// them, and instances of such groups. All of it may move and change. The rest is Embree's (build.cpp): small
-// groups, and the surfaces of solids.
+// them, and instances of such groups. All of it may move and change. Where all lies in pages, so do surfaces
+// that bound solids. The rest is Embree's (build.cpp).
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "base/digest.h"
 #include "bvh/bvh.h"
 #include "bvh/matrix.h"
+#include "bvh/page_plan.h"
 #include "bvh/presence.h"
 #include "hierarchy/build.h"
 #include "hierarchy/instances.h"
@@ -31,10 +33,15 @@ class PageScene {
     PageScene(const PageScene&) = delete;
 
     bool empty() const { return m_root == None; }
+    // Surfaces that bound solids, of all groups, or none.
+    bool holds_solids() const { return m_holds_solids; }
     // Of a shape of a group, which bounds solid `solid` (-1 = none), wherever the group bounds none as a
     // whole.
     bool holds(size_t group, const store::ShapeRecord& shape, int solid) const {
-        return solid < 0 && m_groups[group].has[size_t(sort_of(shape))];
+        if (solid >= 0)
+            return m_holds_solids;
+        const int view = view_of(group, Part::Plain);
+        return view >= 0 && m_groups[size_t(view)].has[size_t(sort_of(shape))];
     }
     Bounds3f bounds() const;
     uint64_t bytes() const;
@@ -101,15 +108,17 @@ class PageScene {
     };
     struct Lattices : hierarchy::Lattices { // of a group
         explicit Lattices(const hierarchy::Lattices& of) : hierarchy::Lattices(of) {}
-        Lattices(const store::Store& store, const Shapes& shapes);
+        Lattices(const store::Store& store, const Shapes& shapes, bool exact);
         void move(store::Store& store, int shape) const;
     };
     struct Group {
         std::vector<Own> owns; // one, where all fits into a page
         std::array<bool, Sorts> has{};
         std::vector<Run> runs;
-        int first_emitter, slots; // first_emitter: -1 = its own have no numbers
-        uint32_t root = None;     // the page of its shapes, or the level of those and its instances
+        int surfaces = -1;                    // of its solids: their view, which lies behind its own pages
+        std::vector<GroupDesc::Range> ranges; // of surfaces of solids, in the order of the store's shapes
+        int first_emitter, slots;             // first_emitter: -1 = its own have no numbers
+        uint32_t root = None; // the page of its shapes, or the level of those and its instances
     };
     struct Owner {
         int group = -1, own = 0;
@@ -120,22 +129,29 @@ class PageScene {
         bool partly;
     };
     class Presence;
+    class Crossed;
+    class Solids;
 
+    int view_of(size_t group, Part part) const { return m_view_of[group][size_t(part)]; }
     // Where a hit lies; tells step(run, number in the run) of each instance on the way.
     template <class Step>
     Owner follow(const hierarchy::InstancePath& path, const Step& step) const;
+    void build_view(store::Store& store, std::span<const GroupDesc> descs, const PagePlan& plan, size_t v);
+    bool is_of(Part part, const SolidTrees& trees, int solid) const; // what bounds that, or (-1) none
     // `place_bytes`: what places of the group take in one other group, at the most.
-    void build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g, const PagesFrom& least,
-                     uint64_t place_bytes);
-    Shapes choose(const store::Store& store, const GroupDesc& desc, Group& group, const PagesFrom& least,
-                  uint64_t place_bytes) const;
-    void build_owns(store::Store& store, size_t g, const Shapes& shapes);
+    Shapes choose(const store::Store& store, const GroupDesc& desc, Part part, Group& group,
+                  const PagesFrom& least, uint64_t place_bytes) const;
+    // `surfaces`: the view of the group's solids; -1 = it has none.
+    void place(const GroupDesc& desc, Part part, Group& group, size_t v, int surfaces);
+    // `exact`: vertices keep 22 bits.
+    void build_owns(store::Store& store, size_t v, const Shapes& shapes, bool exact);
     std::vector<std::vector<int>> cut_into_pages(const store::Store& store, const Shapes& shapes) const;
     // All of the same number of intervals.
-    void build_own(const store::Store& store, size_t g, std::span<const int> shapes, const Lattices& lattices,
+    void build_own(const store::Store& store, size_t v, std::span<const int> shapes, const Lattices& lattices,
                    KeptPages& kept);
     Own number_shapes(const store::Store& store, std::span<const int> shapes);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
+    int solid_of(const hierarchy::Page& page, int shape) const; // that it bounds there
     // Of the root, if that is a page of what changes: how many pages there are, one for each of time.
     uint32_t root_intervals() const {
         return m_world.nesting(m_root) == 0 ? m_groups.back().owns[0].intervals : 0;
@@ -156,7 +172,10 @@ class PageScene {
     store::HierarchyFiles* m_files;
     Leftovers* m_leftovers; // while it is built
     Scene::PageBytes m_page_bytes;
-    std::vector<Group> m_groups;
+    std::vector<std::array<int, 3>> m_view_of; // of each group, by Part; -1: nothing of it is needed
+    std::vector<Group> m_groups;               // by view
+    std::map<uint32_t, SolidTrees> m_solids;   // by the page of their surfaces
+    bool m_holds_solids = false;
     std::vector<Owner> m_owner_of_page; // by number; of levels none
     std::vector<Memory> m_memory;
     uint64_t m_kept_pages = 0;

@@ -1,4 +1,4 @@
-// Set operations on solids against points told inside or outside by their formulas; clipping planes.
+// Set operations on solids against points told inside or outside by their formulas.
 #include "bvh/test_geometry.h"
 
 #include <gtest/gtest.h>
@@ -124,14 +124,21 @@ void expect_formula(const Scene& scene, const Case& c, const std::vector<Ray>& r
     EXPECT_LT(differ, int(rays.size()) / 60); // facets are not balls where a ray grazes or two surfaces meet
 }
 
-} // namespace
+// By Embree, and in pages.
+class TracedSolids : public ::testing::TestWithParam<bool> {
+  protected:
+    static PagesFrom pages() { return GetParam() ? 0 : ~uint64_t(0); }
+};
+INSTANTIATE_TEST_SUITE_P(Traced, TracedSolids, ::testing::Bool(),
+                         [](const auto& of) { return of.param ? "InPages" : "ByEmbree"; });
 
-TEST(Solids, TreesAgainstFormulasFromInsideAndOutside) {
+TEST_P(TracedSolids, TreesAgainstFormulasFromInsideAndOutside) {
     for (const Case& c : Cases) {
         Shapes shapes;
         GroupDesc world;
         build(c, world, shapes);
-        const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
+        const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = pages()});
+        EXPECT_EQ(scene.page_bytes().built > 0, GetParam());
         const auto rays = random_rays(4000, 1.5f, 7);
         expect_formula<8>(scene, c, rays);
         const auto one = intersect<1>(scene, rays), eight = intersect<8>(scene, rays),
@@ -151,7 +158,7 @@ TEST(Solids, TreesAgainstFormulasFromInsideAndOutside) {
 
 // In an instance, beside what is no solid; and with one of its balls moving.
 // Operations on one solid are that solid, and cost a ray nothing, however deep they lie in each other.
-TEST(Solids, OperationsOnOneSolidChangeNothing) {
+TEST_P(TracedSolids, OperationsOnOneSolidChangeNothing) {
     constexpr Kind Operations[] = {Kind::Union, Kind::Intersection, Kind::Difference};
     for (const auto& [depth, count] : {std::pair{1, 2000}, {3, 2000}, {20000, 400}})
         for (const Case& c : Cases) {
@@ -172,13 +179,13 @@ TEST(Solids, OperationsOnOneSolidChangeNothing) {
             Shapes shapes;
             GroupDesc world;
             build(deep, world, shapes);
-            const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
+            const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = pages()});
             expect_formula<8>(scene, c, random_rays(count, 1.5f, 7));
         }
 }
 
 // Fifty balls in a row joined two by two, each level in the next: as many crossings as states, in order.
-TEST(Solids, ManyLevelsWithASolidEach) {
+TEST_P(TracedSolids, ManyLevelsWithASolidEach) {
     constexpr int Levels = 50;
     Case c;
     for (int l = 0; l < Levels; l++) {
@@ -189,14 +196,14 @@ TEST(Solids, ManyLevelsWithASolidEach) {
     Shapes shapes;
     GroupDesc world;
     build(c, world, shapes);
-    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
+    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = pages()});
     const auto hit = intersect<8>(scene, {{{-5, 0.01f, 0.02f}, {1, 0, 0}}, {{0, 0.01f, 0.02f}, {1, 0, 0}}});
     ASSERT_TRUE(hit[0].hit && hit[1].hit);
     EXPECT_NEAR(hit[0].t, 2.2f, 0.01f);
     EXPECT_NEAR(hit[1].t, 2.7f, 0.01f); // from within: all of it is one body
 }
 
-TEST(Solids, InstancedAndMovingOnesAreResolved) {
+TEST_P(TracedSolids, InstancedAndMovingOnesAreResolved) {
     const Case& c = Cases[0];
     Shapes shapes;
     std::vector<GroupDesc> groups(2);
@@ -204,7 +211,7 @@ TEST(Solids, InstancedAndMovingOnesAreResolved) {
     const std::vector<float> place = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 0};
     groups[1].instances.push_back({0, place});
     groups[1].shapes.push_back({shapes.add_sphere({0.5f, 0, 0}, 0.2f, 64), 1});
-    const Scene scene(shapes.store, groups, {.pages_from = 0});
+    const Scene scene(shapes.store, groups, {.pages_from = pages()});
     const auto rays = random_rays(3000, 1.5f, 9);
     const auto hits = intersect<8>(scene, rays);
     const auto single = intersect<1>(scene, rays);
@@ -230,7 +237,7 @@ TEST(Solids, InstancedAndMovingOnesAreResolved) {
     EXPECT_GT(beside, 2);
 }
 
-TEST(Solids, APartThatMovesCutsWhereItIs) {
+TEST_P(TracedSolids, APartThatMovesCutsWhereItIs) {
     Shapes shapes;
     std::vector<GroupDesc> groups(2);
     const int cutter = shapes.add_sphere({0, 0, 0}, 0.5f, 64);
@@ -240,7 +247,7 @@ TEST(Solids, APartThatMovesCutsWhereItIs) {
     const TransformKey keys[] = {{0.0, Transform::translate(-1, 0, 0)}, {1.0, Transform::translate(1, 0, 0)}};
     const MotionPath paths[] = {MotionPath(keys)};
     groups[1].instances.push_back({0, {}, paths, GroupDesc::Unnumbered, true});
-    const Scene scene(shapes.store, groups, {.pages_from = 0});
+    const Scene scene(shapes.store, groups, {.pages_from = pages()});
     for (const float time : {0.0f, 0.3f, 0.5f, 1.0f}) {
         const float x = 2 * time - 1;
         // Along x through the middle, from the side of the cutter or the other; up through its middle.
@@ -257,7 +264,7 @@ TEST(Solids, APartThatMovesCutsWhereItIs) {
 }
 
 // A cube whose face another cube shares: what is cut away leaves no skin, whichever lies first.
-TEST(Solids, CommonFacesLeaveNothing) {
+TEST_P(TracedSolids, CommonFacesLeaveNothing) {
     Shapes shapes;
     const auto cube = [&](const Vec3f& lo, const Vec3f& hi) {
         std::vector<Vec3f> p;
@@ -270,7 +277,7 @@ TEST(Solids, CommonFacesLeaveNothing) {
     world.shapes.push_back({cube({-1, -1, -1}, {1, 1, 1}), 1, 1});
     world.shapes.push_back({cube({-0.5f, -0.5f, -1}, {0.5f, 0.5f, 1}), 1, 2}); // a hole all the way through
     world.solids = {{Kind::Difference, -1}, {Kind::Primitive, 0}, {Kind::Primitive, 0}};
-    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
+    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = pages()});
     std::vector<Ray> through, wall;
     std::mt19937 g(3);
     std::uniform_real_distribution<float> u(-0.49f, 0.49f), v(0.51f, 0.99f);
@@ -294,7 +301,7 @@ TEST(Solids, CommonFacesLeaveNothing) {
 
 // A box with slits about its lid, within a ball: rays that go through one and out at the other side are not
 // in the box all the way from their start.
-TEST(Solids, CracksLeaveNothingInTheAir) {
+TEST_P(TracedSolids, CracksLeaveNothingInTheAir) {
     Shapes shapes;
     std::vector<Vec3f> p;
     for (int k = 0; k < 8; k++) {
@@ -309,7 +316,7 @@ TEST(Solids, CracksLeaveNothingInTheAir) {
     world.shapes.push_back({box, 1, 1});
     world.shapes.push_back({shapes.add_sphere({0, 0, 0}, 2, 48), 1, 2});
     world.solids = {{Kind::Intersection, -1}, {Kind::Primitive, 0}, {Kind::Primitive, 0}};
-    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
+    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = pages()});
     std::vector<Ray> rays = random_rays(20000, 4, 11);
     std::erase_if(rays, [](const Ray& r) { return length(r.o) < 1; }); // all start outside of the box
     const auto hits = intersect<8>(scene, rays);
@@ -329,7 +336,7 @@ TEST(Solids, CracksLeaveNothingInTheAir) {
 }
 
 // Area of what is seen along z: of a lens, of a ball with a bite, of both together.
-TEST(Solids, SilhouettesHaveTheAreasOfTheirFormulas) {
+TEST_P(TracedSolids, SilhouettesHaveTheAreasOfTheirFormulas) {
     const double r = 1, apart = 1; // two balls, a distance of their radius from each other across the view
     const double lens =
         2 * r * r * std::acos(apart / (2 * r)) - apart / 2 * std::sqrt(4 * r * r - apart * apart);
@@ -344,7 +351,7 @@ TEST(Solids, SilhouettesHaveTheAreasOfTheirFormulas) {
         world.shapes.push_back({shapes.add_sphere({-0.5f, 0, 0}, 1, 128), 1, 1});
         world.shapes.push_back({shapes.add_sphere({0.5f, 0, 0}, 1, 128), 1, 2});
         world.solids = {{kind, -1}, {Kind::Primitive, 0}, {Kind::Primitive, 0}};
-        const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
+        const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = pages()});
         std::vector<Ray> rays;
         constexpr int N = 400;
         for (int j = 0; j < N; j++)
@@ -369,54 +376,5 @@ TEST(Solids, WhatIsTakenAwayTurnsItsInsideOut) {
     EXPECT_FALSE(subtracted(nodes, 1000));
 }
 
-TEST(Solids, PlanesCutEveryRayAndLeaveItsReach) {
-    Shapes shapes;
-    shapes.add_sphere({0, 0, 0}, 1, 64);
-    const auto scene = shapes.flat_scene();
-    scene->clip(std::vector<Scene::Plane>{{{0, 0, -0.5f}, {0, 0, -2}}, {{0, 0, 0.25f}, {0, 0, 1}}});
-    const std::vector<Ray> rays{{{0.1f, 0, -3}, {0, 0, 1}},  // the front is off, and so is the back
-                                {{0.9f, 0, -3}, {0, 0, 1}},  // the wall is seen between
-                                {{-3, 0, 0}, {1, 0, 0}},     // along the planes: within
-                                {{-3, 0, 0.5f}, {1, 0, 0}}}; // beyond
-    const auto eight = intersect<8>(*scene, rays);
-    const auto one = intersect<1>(*scene, rays);
-    const auto shadow = occluded<8>(*scene, rays);
-    const bool expected[] = {false, true, true, false};
-    for (size_t i = 0; i < 4; i++) {
-        EXPECT_EQ(eight[i].hit, expected[i]) << i;
-        EXPECT_EQ(one[i].hit, expected[i]) << i;
-        EXPECT_EQ(shadow[i], expected[i]) << i;
-    }
-    EXPECT_EQ(eight[0].t, 1e30f); // what misses reaches as far as without planes
-    EXPECT_NEAR(eight[1].t, 3 - std::sqrt(1 - 0.81), 5e-3);
-    EXPECT_NEAR(eight[2].t, 2, 5e-3);
-}
-
-TEST(Solids, PlanesMove) {
-    Shapes shapes;
-    shapes.add_sphere({0, 0, 0}, 1, 64);
-    const auto scene = shapes.flat_scene();
-    // What lies right of x is gone; it goes from -2 by 0 to 1. Another stays, above everything.
-    scene->clip(std::vector<Scene::Plane>{{{-2, 0, 0}, {1, 0, 0}},
-                                          {{0, 5, 0}, {0, 1, 0}},
-                                          {{0, 0, 0}, {1, 0, 0}},
-                                          {{0, 5, 0}, {0, 1, 0}},
-                                          {{1, 0, 0}, {1, 0, 0}},
-                                          {{0, 5, 0}, {0, 1, 0}}},
-                3);
-    std::vector<Ray> rays;
-    for (const float time : {0.0f, 0.2f, 0.5f, 0.7f, 0.8f, 1.0f})
-        for (const float x : {-0.5f, 0.5f})
-            rays.push_back({{x, 0.1f, -3}, {0, 0, 1}, time});
-    const auto eight = intersect<8>(*scene, rays);
-    const auto one = intersect<1>(*scene, rays);
-    const auto shadow = occluded<8>(*scene, rays);
-    const bool expected[] = {false, false, false, false, true, false, true, false, true, true, true, true};
-    for (size_t i = 0; i < rays.size(); i++) {
-        EXPECT_EQ(eight[i].hit, expected[i]) << i;
-        EXPECT_EQ(one[i].hit, expected[i]) << i;
-        EXPECT_EQ(shadow[i], expected[i]) << i;
-    }
-}
-
+} // namespace
 } // namespace kanuka::bvh

@@ -14,7 +14,7 @@
 namespace kanuka::hierarchy {
 
 // How deep instances may lie in instances.
-inline constexpr int MostNesting = 17;
+inline constexpr int MostNesting = 18;
 
 // The transform into a page from where it stands, by which rays are made anew for it. Doubles: what is
 // rounded is the ray, once.

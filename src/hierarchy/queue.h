@@ -26,6 +26,7 @@
 #include "hierarchy/page.h"
 #include "hierarchy/ray.h"
 #include "hierarchy/ray_slot.h"
+#include "hierarchy/solid_query.h"
 #include "hierarchy/world.h"
 
 namespace kanuka::hierarchy {
@@ -40,11 +41,12 @@ class RayQueue {
         : m_root(page), m_rays(rays), m_filter(filter) {}
     // `times` of the shutter, by ray: none = all begin with it; `levels` of detail that rays see: none = all
     // see all. `intervals`: of time, each of which has a page, from the root on; 0: that is no page of what
-    // changes.
+    // changes. `solids`: null = there are none.
     RayQueue(const World& world, uint32_t root, std::span<const Ray> rays, Filter& filter,
-             std::span<const float> times = {}, std::span<const float> levels = {}, uint32_t intervals = 0)
+             std::span<const float> times = {}, std::span<const float> levels = {}, uint32_t intervals = 0,
+             const SolidResolver* solids = nullptr)
         : m_root(world.page(root)), m_intervals(intervals), m_pages(world.pages()), m_runs(world.runs()),
-          m_rays(rays), m_times(times), m_levels(levels), m_filter(filter) {}
+          m_rays(rays), m_times(times), m_levels(levels), m_solids(solids), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each, in the order in which they end. Of Query::Any the hit is
     // any. What runs side by side goes together, where no instances are.
@@ -100,6 +102,8 @@ class RayQueue {
                     enter_moving(*s, s->stack.pop());
                     wait(*then, *s);
                 }
+                if (const std::span<Slot* const> at_solids = now->of(Waiting::Solids); !at_solids.empty())
+                    meet_solids(at_solids, *then);
             }
             for (Slot* s : now->of(Waiting::End)) {
                 s->stack.pop();
@@ -187,6 +191,8 @@ class RayQueue {
             run.world_from_page.prefetch_matrix(place.matrix);
             return then.add(s, Waiting::InstanceFetched);
         }
+        if (run.bounds_solids)
+            return then.add(s, Waiting::Solids);
         s.stack.pop();
         s.enter(place.number, m_pages[run.page]);
         wait(then, s);
@@ -234,6 +240,43 @@ class RayQueue {
             s.enter(changing.place.number, page, interval.fraction);
     }
 
+    // Whoever resolves them has a queue of its own, of as many rays as wait here at the most.
+    void meet_solids(std::span<Slot* const> slots, Waiting& then) {
+        const InstanceLeaf* place[Slots];
+        SolidQuery queries[Slots];
+        InstanceHit hits[Slots];
+        for (size_t k = 0; k < slots.size(); k++) {
+            Slot& s = *slots[k];
+            // A moving leaf begins with one of what stands still.
+            place[k] = &s.in->page.template at<InstanceLeaf>(s.stack.pop());
+            queries[k] = {s.number, m_runs[place[k]->run].page, s.in->ray, s.time};
+            queries[k].here.t_max = s.in->traced.t_max;
+        }
+        if (m_solids)
+            m_solids->resolve({queries, slots.size()}, {hits, slots.size()});
+        for (size_t k = 0; k < slots.size(); k++) {
+            if (hits[k].hit.found())
+                take_solid(*slots[k], place[k]->number, hits[k]);
+            wait(then, *slots[k]);
+        }
+    }
+    void take_solid(Slot& s, uint32_t place, const InstanceHit& found) {
+        InstancePath path = s.at;
+        path.instance[path.depth++] = place;
+        for (uint32_t i = 0; i < found.path.depth; i++)
+            path.instance[path.depth++] = found.path.instance[i];
+        const Hit& hit = found.hit;
+        if (hit.t == s.hit.t && s.hit.found() &&
+            std::tie(s.of_hit, s.hit.leaf, s.hit.primitive) < std::tie(path, hit.leaf, hit.primitive))
+            return;
+        s.hit = hit, s.of_hit = path;
+        s.in->traced.t_max = hit.t;
+        if (Asked == Query::Any)
+            s.end();
+        else
+            s.stack.keep_before(hit.t);
+    }
+
     void meet_leaf(Slot& s, Ref leaf) {
         bool closer = false;
         Frame& here = *s.in;
@@ -277,6 +320,7 @@ class RayQueue {
     std::span<const Placements> m_runs;
     std::span<const Ray> m_rays;
     std::span<const float> m_times, m_levels;
+    const SolidResolver* m_solids = nullptr;
     Filter& m_filter;
     size_t m_next = 0;
     std::span<const uint32_t> m_alone;

@@ -154,7 +154,8 @@ struct alignas(64) Slot {
 template <int Levels, int Slots>
 class Waiting {
   public:
-    // Fetched: what was looked at once, and whose matrix or path is on its way from memory.
+    // Fetched: what was looked at once, and whose matrix or path is on its way from memory. Solids: likewise
+    // a place, of surfaces that bound some.
     enum Next : uint8_t {
         Node,
         Leaf,
@@ -164,6 +165,7 @@ class Waiting {
         InstanceFetched,
         Moving,
         MovingFetched,
+        Solids,
         End,
         Kinds
     };

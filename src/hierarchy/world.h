@@ -26,6 +26,8 @@ struct Placements {
     std::span<const LevelRange> seen = {};  // by which rays each is; none: by all
     // Of what changes: it lies there as it is, in one page for each of so many even intervals of time.
     uint32_t intervals = 0;
+    // It lies there as it is, and bounds solids: what of it is hit a SolidResolver tells.
+    bool bounds_solids = false;
 
     bool stays() const { return world_from_page.empty() && paths.empty(); }
     size_t size() const { return stays() ? 1 : paths.empty() ? world_from_page.size() : paths.size(); }

@@ -303,8 +303,8 @@ class Session::Impl {
                 making().job.where(),
                 "this process has had " + std::to_string(peak >> 20) +
                     " MB in memory at once, and its budget is " + std::to_string(budget >> 20) +
-                    ": what is not paged is the scene as it was read, the picture, textures, primitives "
-                    "while they are diced, and the hierarchy over solids");
+                    ": what is not paged is the scene as it was read, the picture, textures, and "
+                    "primitives while they are diced");
     }
     // On as many threads as were asked for; `progress` is that of this call.
     template <class Step>
