@@ -117,20 +117,21 @@ struct HitPacket {
     }
 };
 
-// Groups that have so much lie in pages of our own, with all of that kind which is in them
-// (docs/hierarchy.md, "In the renderer"). Smaller ones, which caches hold, Embree traces faster, and meshes
-// alone it builds faster. Among many instances rays through pages take two thirds of the time.
+// Groups that have so much of a kind lie in pages of our own, with all surfaces, or all fibres, that are in
+// them (docs/hierarchy.md, "In the renderer"). Smaller ones, which caches hold, Embree traces faster. Among
+// many instances rays through pages take two thirds of the time.
 struct PagesFrom {
-    uint64_t cells = uint64_t(1) << 22; // of grids
-    uint64_t segments = 1 << 16;        // of fibres; and if they take more than places of the group do
-    uint64_t changing = 1 << 23;        // either, of what changes and is given at two times
-    uint64_t places = 4096;             // of instances: with so many, all but what changes
-    uint64_t few_triangles = 128;       // at most: where a scene has no more, rays test all of them
+    uint64_t cells = uint64_t(1) << 19;     // of grids,
+    uint64_t triangles = uint64_t(3) << 19; // or of meshes, which Embree builds faster
+    uint64_t segments = 1 << 16;            // of fibres; and if they take more than places of the group do
+    uint64_t changing = 1 << 23;            // cells or segments, of what changes and is given at two times
+    uint64_t places = 512;                  // of instances: with so many, all but what changes
+    uint64_t few_triangles = 128;           // at most: where a scene has no more, rays test all of them
 
     PagesFrom() = default;
     // All in pages, or, ~0, nothing.
     PagesFrom(uint64_t of_all)
-        : cells(of_all), segments(of_all), changing(of_all), places(of_all),
+        : cells(of_all), triangles(of_all), segments(of_all), changing(of_all), places(of_all),
           few_triangles(~of_all == 0 ? 0 : 128) {}
 };
 

@@ -273,13 +273,13 @@ TEST(Instances, ManyLieInPages) {
             groups[1].instances.push_back({0, {}, paths});
         return Scene(shapes.store, groups, {}).page_bytes().built > 0;
     };
-    EXPECT_FALSE(is_in_pages(4095, 0));
-    EXPECT_TRUE(is_in_pages(4096, 0));
-    EXPECT_FALSE(is_in_pages(0, 4095));
-    EXPECT_TRUE(is_in_pages(0, 4096));
+    EXPECT_FALSE(is_in_pages(511, 0));
+    EXPECT_TRUE(is_in_pages(512, 0));
+    EXPECT_FALSE(is_in_pages(0, 511));
+    EXPECT_TRUE(is_in_pages(0, 512));
     EXPECT_TRUE(is_in_pages(4000, 96));
-    EXPECT_TRUE(is_in_pages(0, 4096, 5));
-    EXPECT_FALSE(is_in_pages(0, 4096, 180)); // boxes that go straight hold all of an arc
+    EXPECT_TRUE(is_in_pages(0, 512, 5));
+    EXPECT_FALSE(is_in_pages(0, 512, 180)); // boxes that go straight hold all of an arc
     EXPECT_TRUE(is_in_pages(50000, 4, 180));
 }
 

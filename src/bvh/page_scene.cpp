@@ -55,8 +55,9 @@ PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& 
     const SolidTrees trees(desc.solids);
     struct Found {
         std::vector<int> shapes;
-        uint64_t count = 0; // cells of grids, segments of fibres
-        bool fits = true;   // each shape by itself
+        uint64_t count = 0;     // cells of grids, segments of fibres
+        uint64_t triangles = 0; // of meshes
+        bool fits = true;       // each shape by itself
     };
     std::array<Found, Sorts> found;
     for (const auto& range : desc.shapes)
@@ -71,7 +72,9 @@ PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& 
                 continue;
             if (is_fibre(shape))
                 sort.count += uint64_t(shape.mv);
-            else if (!is_mesh(shape) && !has_few_cells(shape))
+            else if (is_mesh(shape))
+                sort.triangles += mesh_view(store, shape, 0).triangles();
+            else if (!has_few_cells(shape))
                 sort.count += uint64_t(shape.mu) * uint64_t(shape.mv);
         }
     Shapes chosen;
@@ -84,7 +87,8 @@ PageScene::Shapes PageScene::choose(const store::Store& store, const GroupDesc& 
         group.has[size_t(sort)] = is_chosen;
         return is_chosen;
     };
-    has_surfaces |= choose_sort(Sort::Surfaces, least.cells, chosen.surfaces);
+    const bool large_meshes = found[size_t(Sort::Surfaces)].triangles >= least.triangles;
+    has_surfaces |= choose_sort(Sort::Surfaces, large_meshes ? 0 : least.cells, chosen.surfaces);
     has_surfaces |= choose_sort(Sort::ChangingSurfaces, least.changing, chosen.surfaces);
     // Places of a group that is in both are in both.
     const uint64_t pays = has_surfaces || least.segments == 0 ? 0 : place_bytes / BytesASegment;
