@@ -40,7 +40,8 @@ class Builder {
         for (size_t at = m_groups.size(); at-- > 0;)
             if (needed[at])
                 for (const auto& in : descs[at / 2].instances)
-                    needed[target_of(in, at % 2 != 0)] = true;
+                    if (!lies_in_pages(in))
+                        needed[target_of(in, at % 2 != 0)] = true;
         for (size_t at = 0; at < m_groups.size(); at++)
             if (needed[at])
                 add(descs, at);
@@ -51,6 +52,10 @@ class Builder {
     static size_t place_of(int group, bool whole) { return 2 * size_t(group) + whole; }
     static size_t target_of(const GroupDesc::Instances& in, bool whole) {
         return place_of(in.group, whole || in.bounds_solid);
+    }
+
+    bool lies_in_pages(const GroupDesc::Instances& in) const {
+        return in.bounds_solid && m_pages.holds_solids();
     }
 
     // After those of lower numbers.
@@ -65,8 +70,7 @@ class Builder {
             group.solids = new_scene();
         add_shapes(group, desc, at / 2);
         for (const auto& instances : desc.instances)
-            if (!(instances.bounds_solid && m_pages.holds_solids()) &&
-                m_groups[target_of(instances, m_whole)].scene)
+            if (!lies_in_pages(instances) && m_groups[target_of(instances, m_whole)].scene)
                 add_instances(group, instances, descs[size_t(instances.group)]);
         if (group.geometries.empty()) { // all of it lies in pages, or it is nothing
             for (RTCScene* s : {&group.scene, &group.solids})

@@ -50,6 +50,9 @@ TEST(Solids, InPagesAreThoseOfEmbree) {
         for (const bool in_pages : {false, true}) {
             Bitten bitten(presence);
             const Scene scene(bitten.shapes.store, bitten.groups, {.pages_from = in_pages ? 0 : AllInEmbree});
+            EXPECT_EQ(scene.page_bytes().built > 0, in_pages);
+            if (in_pages) // all of it: what is not of shapes is of levels
+                EXPECT_LT(scene.bytes() - scene.page_bytes().built, 10000u);
             found[in_pages] = intersect<8>(scene, rays, 3);
             if (!in_pages)
                 continue;
