@@ -124,7 +124,7 @@ struct PagesFrom {
     uint64_t cells = uint64_t(1) << 19;     // of grids,
     uint64_t triangles = uint64_t(3) << 19; // or of meshes, which Embree builds faster
     uint64_t segments = 1 << 16;            // of fibres; and if they take more than places of the group do
-    uint64_t changing = 1 << 23;            // cells or segments, of what changes and is given at two times
+    uint64_t changing = 1 << 22;            // cells or segments, of what changes and is given at two times
     uint64_t places = 512;                  // of instances: with so many, all but what changes
     uint64_t few_triangles = 128;           // at most: where a scene has no more, rays test all of them
 

@@ -30,10 +30,10 @@ class PacketStack {
     static constexpr int Few = 2;
 
     void clear() { m_size = 0; }
-    // Of one ray, whose bit is given. Eight are written where fewer are pushed.
-    void push(const Entered& entered, uint32_t ray) {
+    // Of one ray, whose bit is given; `ends` as of Children::ref(). Eight are written where fewer are pushed.
+    void push(const Entered& entered, uint32_t ray, uint32_t ends) {
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + m_size), entered.keys);
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs_of(entered));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs_of(entered, ends));
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_rays + m_size), _mm256_set1_epi32(int(ray)));
         m_size += entered.count;
     }
@@ -71,13 +71,17 @@ class PacketStack {
     alignas(64) float m_ts[Entries][PacketRays]; // of more
 };
 
-template <int W, Query Asked, class Filter>
+// NodeKind: ChangingNode in pages of shapes that change, of one interval of time.
+template <int W, Query Asked, class Filter, class NodeKind = Node>
 class PacketQueue {
   public:
     static constexpr int Slots = 4;
+    static constexpr bool Changes = std::is_same_v<NodeKind, ChangingNode>;
 
-    PacketQueue(const Page& page, std::span<const Ray> rays, Filter& filter)
-        : m_page(page), m_rays(rays), m_filter(filter) {}
+    // `times`: by ray, where shapes change; none = all begin with the shutter.
+    PacketQueue(const Page& page, std::span<const Ray> rays, Filter& filter,
+                std::span<const float> times = {})
+        : m_page(page), m_rays(rays), m_times(times), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each ray of the packets.
     template <class Done>
@@ -91,7 +95,7 @@ class PacketQueue {
         while (count > 0)
             for (int i = 0; i < count; i++) {
                 Slot& s = *live[i];
-                if (is_leaf(s.ref))
+                if (Changes ? !is_of_nodes(kind_of(s.ref)) : is_leaf(s.ref))
                     meet_leaf(s);
                 else
                     meet_node(s);
@@ -115,6 +119,7 @@ class PacketQueue {
         Ref ref;       // what comes next,
         uint32_t rays; // and for which rays
         TracedRay ray[PacketRays];
+        float fraction[PacketRays]; // of the interval of time, where shapes change
         Hit hit[PacketRays];
         PacketStack<W> stack;
     };
@@ -138,25 +143,41 @@ class PacketQueue {
             if (!(s.rays >> i & 1))
                 s.ray[i] = s.ray[some];
         s.boxes.set(s.ray);
+        if constexpr (Changes) {
+            for (int i = 0; i < PacketRays; i++)
+                s.fraction[i] = i < packet.count ? fraction_of(packet.ray[i]) : 0;
+            s.boxes.set_fractions(s.fraction);
+        }
         s.stack.clear();
     }
+    float fraction_of(uint32_t ray) const { return m_times.empty() ? 0 : Interval(m_times[ray], 1).fraction; }
     void fetch(Ref ref) const {
         const char* const at = reinterpret_cast<const char*>(m_page.bytes() + byte_of(ref));
         _mm_prefetch(at, _MM_HINT_T0);
-        _mm_prefetch(at + 64 * is_leaf(ref), _MM_HINT_T0); // a leaf has two lines
+        _mm_prefetch(at + 64 * (Changes || is_leaf(ref)), _MM_HINT_T0); // a leaf has two lines,
+        if constexpr (Changes)                                          // or four
+            _mm_prefetch(at + 128, _MM_HINT_T0), _mm_prefetch(at + 192, _MM_HINT_T0);
     }
+    static const Node& children_of(const Node& node) { return node; }
+    static const Node& children_of(const ChangingNode& node) { return node.begin; }
 
     void meet_node(Slot& s) {
-        const Node& node = m_page.at<Node>(s.ref);
+        constexpr uint32_t Ends = Changes ? 2 : 1;
+        const NodeKind& node = m_page.at<NodeKind>(s.ref);
         if (std::popcount(s.rays) <= PacketStack<W>::Few) {
-            for (uint32_t rays = s.rays; rays != 0; rays &= rays - 1)
-                s.stack.push(enter_children(node, s.ray[__builtin_ctz(rays)]).sorted(), rays & -rays);
+            for (uint32_t rays = s.rays; rays != 0; rays &= rays - 1) {
+                const int i = __builtin_ctz(rays);
+                PlanesAlong<NodeKind> planes;
+                planes.set(node, s.ray[i], Changes ? s.fraction[i] : 0);
+                s.stack.push(planes.enter(node, s.ray[i]).sorted(), rays & -rays, Ends);
+            }
             return;
         }
-        const Children c = Children::of(node.children);
-        s.boxes.enter_each(
-            node, s.boxes.enter_together(node), s.rays,
-            [&](uint32_t key, uint32_t rays, const float* t) { s.stack.push(c.ref(key & 7), rays, t); });
+        const Children c = Children::of(children_of(node).children);
+        s.boxes.enter_each(node, s.boxes.enter_together(node), s.rays,
+                           [&](uint32_t key, uint32_t rays, const float* t) {
+                               s.stack.push(c.ref(key & 7, Ends), rays, t);
+                           });
     }
 
     void meet_leaf(Slot& s) {
@@ -168,7 +189,14 @@ class PacketQueue {
             }
         };
         constexpr int Many = 3; // then it pays to keep what is read
-        if (std::popcount(s.rays) < Many)
+        if constexpr (Changes)  // each ray has its own
+            for (uint32_t rays = s.rays; rays != 0; rays &= rays - 1) {
+                const int i = __builtin_ctz(rays);
+                read_changing_leaf<W>(m_page, s.ref, s.fraction[i], [&](const auto& content) {
+                    closer |= uint32_t(trace(s, content, i)) << i;
+                });
+            }
+        else if (std::popcount(s.rays) < Many)
             read_leaf<W, false>(m_page, s.ref, trace_all);
         else
             read_leaf<W, true>(m_page, s.ref, trace_all);
@@ -192,8 +220,9 @@ class PacketQueue {
             const Hit candidate{t, u, v, leaf, primitive};
             if (t == hit.t && hit.found() && std::tie(hit.leaf, hit.primitive) < std::tie(leaf, primitive))
                 return false;
-            if (Filter::Filters && !m_filter.accepts(Candidate{number, m_page, m_rays[number], candidate,
-                                                               InstancePath::none(), 0}))
+            if (Filter::Filters &&
+                !m_filter.accepts(Candidate{number, m_page, m_rays[number], candidate, InstancePath::none(),
+                                            Changes ? s.fraction[i] : 0}))
                 return false;
             hit = candidate, ray.t_max = t;
             closer = true;
@@ -204,6 +233,7 @@ class PacketQueue {
 
     const Page m_page;
     std::span<const Ray> m_rays;
+    std::span<const float> m_times;
     Filter& m_filter;
 };
 

@@ -213,6 +213,80 @@ TEST(Packets, FindWhatTheOracleFinds) {
     }
 }
 
+// Shapes that swell and drift in one interval of time, which rays are at any time of; at first a few are
+// there as it begins, and as it ends.
+namespace {
+
+struct ChangingContent {
+    std::vector<TestGrid> begin = Content(false).grids, end = begin;
+    PageMemory memory;
+    World world;
+    std::vector<float> times;
+
+    explicit ChangingContent(bool mesh) {
+        for (TestGrid& g : end)
+            for (size_t i = 0; i < g.positions.size(); i += 3) {
+                const float size = 1.2f + 0.1f * std::sin(5 * g.positions[i + 1]);
+                for (size_t a = 0; a < 3; a++)
+                    g.positions[i + a] = size * g.positions[i + a] + (a == 0 ? 0.3f : -0.1f);
+            }
+        std::vector<GridView> grids = views(begin);
+        for (size_t g = 0; g < grids.size(); g++)
+            grids[g].later = end[g].positions.data();
+        const MeshOfGrids triangles(begin), later(end);
+        MeshView mesh_view = triangles.view();
+        mesh_view.later = later.positions.data();
+        const hierarchy::Content content =
+            mesh ? hierarchy::Content{{}, {&mesh_view, 1}} : hierarchy::Content{grids, {}};
+        memory = build(content, votes_of(content).lattice());
+        world.add(memory.page());
+        Random random(17);
+        for (int i = 0; i < 4096; i++)
+            times.push_back(i < 48 ? float(i / 16) / 2 : random.uniform(0, 1));
+    }
+};
+
+template <int W, class Filter>
+void expect_as_alone(const ChangingContent& content, const Named& named, Filter& filter) {
+    const std::span<const Ray> rays = named.rays;
+    const std::span<const float> times = std::span(content.times).first(rays.size());
+    std::vector<Hit> together(rays.size()), alone(rays.size());
+    std::vector<int> hidden(rays.size());
+    const auto put = [](std::vector<Hit>& hits) {
+        return [&hits](size_t i, const Hit& h, const InstancePath& path) {
+            hits[i] = h;
+            EXPECT_EQ(path.depth, 0u);
+        };
+    };
+    using Closest = RayQueue<W, Query::Closest, Filter, MostNesting + 1>;
+    Closest(content.world, 0, rays, filter, times, {}, 1).run_alone(put(alone));
+    Closest(content.world, 0, rays, filter, times, {}, 1).run(put(together));
+    RayQueue<W, Query::Any, Filter, MostNesting + 1>(content.world, 0, rays, filter, times, {}, 1)
+        .run([&](size_t i, const Hit& h, const InstancePath&) { hidden[i] = h.found(); });
+    for (size_t i = 0; i < rays.size(); i++) {
+        ASSERT_EQ(together[i].leaf, alone[i].leaf) << named.name << ", ray " << i;
+        ASSERT_EQ(std::memcmp(&together[i], &alone[i], sizeof(Hit)), 0) << named.name << ", ray " << i;
+        ASSERT_EQ(hidden[i] != 0, alone[i].found()) << named.name << ", ray " << i;
+    }
+}
+
+} // namespace
+
+TEST(Packets, ThroughWhatChangesFindWhatTheirRaysFindAlone) {
+    for (const bool mesh : {false, true}) {
+        const ChangingContent content(mesh);
+        ASSERT_TRUE(content.memory.page().changes());
+        EverythingIsThere all;
+        for (const Named& named : all_rays()) {
+            Picky picky{named.rays};
+            expect_as_alone<8>(content, named, all);
+            expect_as_alone<16>(content, named, all);
+            expect_as_alone<8>(content, named, picky);
+            expect_as_alone<16>(content, named, picky);
+        }
+    }
+}
+
 // What runs side by side goes together, each ray once; what does not goes alone, in its order.
 TEST(Packets, AreOfRaysThatRunSideBySide) {
     RayGroups groups;

@@ -49,17 +49,20 @@ class RayQueue {
           m_rays(rays), m_times(times), m_levels(levels), m_solids(solids), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each, in the order in which they end. Of Query::Any the hit is
-    // any. What runs side by side goes together, where no instances are.
+    // any. What runs side by side goes together, where no instances are, and no more than one interval of
+    // time.
     template <class Done>
     void run(Done&& done) {
-        if (Levels > 1 || m_root.header().root == NoRef)
+        if ((Levels > 1 && m_intervals != 1) || m_root.header().root == NoRef)
             return run_alone(done);
         RayGroups& groups = RayGroups::of_thread();
         groups.sort(m_rays, m_root.bounds().hi - m_root.bounds().lo);
         m_alone = groups.alone();
         trace_alone(done);
         if (!groups.packets().empty())
-            PacketQueue<W, Asked, Filter>(m_root, m_rays, m_filter).run(groups.packets(), done);
+            PacketQueue<W, Asked, Filter, std::conditional_t<(Levels > 1), ChangingNode, Node>>(
+                m_root, m_rays, m_filter, m_times)
+                .run(groups.packets(), done);
     }
     // The same hits, each ray by itself.
     template <class Done>
