@@ -9,10 +9,11 @@
 
 namespace kanuka::hierarchy {
 
-template <class Reader>
+// Both ends must outlive it.
+template <class End>
 class ChangingEnds {
   public:
-    ChangingEnds(const Reader& first, const Reader& last, float fraction)
+    ChangingEnds(const End& first, const End& last, float fraction)
         : m_first(first), m_last(last), m_fraction(fraction) {}
 
   protected:
@@ -25,21 +26,20 @@ class ChangingEnds {
     Float<W> between_places(Float<W> first, Float<W> last) const {
         return between(m_first.place(first, 0.0f), m_last.place(last, 0.0f));
     }
-    const Reader m_first, m_last;
+    const End &m_first, &m_last;
 
   private:
     float m_fraction;
 };
 
-// As GridVertices.
-template <int W, class Reader>
-class ChangingGridVertices : ChangingEnds<GridVertices<W, Reader>> {
-    using Ends = ChangingEnds<GridVertices<W, Reader>>;
+// As GridVertices, of such, or of those that are kept.
+template <int W, class Vertices>
+class ChangingGridVertices : ChangingEnds<Vertices> {
+    using Ends = ChangingEnds<Vertices>;
     using Ends::m_first, Ends::m_last, Ends::between_places;
 
   public:
-    ChangingGridVertices(const Reader& first, const Reader& last, float fraction)
-        : Ends(GridVertices<W, Reader>(first), GridVertices<W, Reader>(last), fraction) {}
+    using Ends::Ends;
     uint32_t shape() const { return m_first.shape(); }
     Float<W> left(int axis, int s) const {
         return between_places(m_first.left(axis, s), m_last.left(axis, s));

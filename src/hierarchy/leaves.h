@@ -39,33 +39,41 @@ inline FibreReaderFloat reader_of(const FibreFloat& leaf) {
     return FibreReaderFloat(leaf);
 }
 
-// Calls `body` with the content of a leaf, read as it is needed or, `Kept`, once.
+template <class Reader>
+concept ReadsFibres = requires(const Reader& r) { r.segments(); };
+template <class Reader>
+concept ReadsTriangles = requires(const Reader& r) { r.count(); };
+
+// What a leaf is read by: as it is needed or, Kept, once.
+template <int W, bool Kept, class Reader>
+using ContentOf = std::conditional_t<
+    ReadsFibres<Reader>, std::conditional_t<Kept, KeptFibres<Reader>, Reader>,
+    std::conditional_t<ReadsTriangles<Reader>, std::conditional_t<Kept, KeptTriangles<Reader>, Reader>,
+                       std::conditional_t<Kept, KeptGridVertices<W, Reader>, GridVertices<W, Reader>>>>;
+
+// Calls `body` with the content of a leaf.
 template <int W, bool Kept, class Body>
 [[gnu::always_inline]] inline void read_leaf(const Page& page, Ref leaf, Body&& body) {
     with_leaf(page, leaf, [&](const auto& bytes) __attribute__((always_inline)) {
         using Reader = decltype(reader_of(bytes));
-        const Reader reader(bytes);
-        if constexpr (requires { reader.segments(); })
-            body(std::conditional_t<Kept, KeptFibres<Reader>, Reader>(reader));
-        else if constexpr (requires { reader.count(); })
-            body(std::conditional_t<Kept, KeptTriangles<Reader>, Reader>(reader));
-        else
-            body(std::conditional_t<Kept, KeptGridVertices<W, Reader>, GridVertices<W, Reader>>(reader));
+        body(ContentOf<W, Kept, Reader>(Reader(bytes)));
     });
 }
-// Likewise of shapes that change, as they are at `fraction` of the interval.
-template <int W, class Body>
-[[gnu::always_inline]] inline void read_changing_leaf(const Page& page, Ref leaf, float fraction,
-                                                      Body&& body) {
+// Of shapes that change: body(at), and at(fraction) is the content as it is then, in the interval.
+template <int W, bool Kept, class Body>
+[[gnu::always_inline]] inline void read_changing_leaf(const Page& page, Ref leaf, Body&& body) {
     with_leaf(page, leaf, [&](const auto& begin) __attribute__((always_inline)) {
         using Reader = decltype(reader_of(begin));
-        const Reader first(begin), last((&begin)[1]);
-        if constexpr (requires { first.segments(); })
-            body(ChangingFibres<Reader>(first, last, fraction));
-        else if constexpr (requires { first.count(); })
-            body(ChangingTriangles<Reader>(first, last, fraction));
-        else
-            body(ChangingGridVertices<W, Reader>(first, last, fraction));
+        using End = ContentOf<W, Kept, Reader>;
+        const End first{Reader(begin)}, last{Reader((&begin)[1])};
+        body([&](float fraction) __attribute__((always_inline)) {
+            if constexpr (ReadsFibres<End>)
+                return ChangingFibres<End>(first, last, fraction);
+            else if constexpr (ReadsTriangles<End>)
+                return ChangingTriangles<End>(first, last, fraction);
+            else
+                return ChangingGridVertices<W, End>(first, last, fraction);
+        });
     });
 }
 
@@ -73,9 +81,9 @@ template <int W, class Body>
 // that is all.
 template <int W, class Content, class Found>
 [[gnu::always_inline]] inline void trace_leaf(const Content& content, const TracedRay& ray, Found&& found) {
-    if constexpr (requires { content.segments(); })
+    if constexpr (ReadsFibres<Content>)
         trace_fibre_leaf(content, ray, found);
-    else if constexpr (requires { content.count(); })
+    else if constexpr (ReadsTriangles<Content>)
         trace_triangle_leaf(content, ray, found);
     else
         trace_grid_leaf<W>(content, ray, found);

@@ -189,17 +189,23 @@ class PacketQueue {
             }
         };
         constexpr int Many = 3; // then it pays to keep what is read
-        if constexpr (Changes)  // each ray has its own
-            for (uint32_t rays = s.rays; rays != 0; rays &= rays - 1) {
-                const int i = __builtin_ctz(rays);
-                read_changing_leaf<W>(m_page, s.ref, s.fraction[i], [&](const auto& content) {
-                    closer |= uint32_t(trace(s, content, i)) << i;
-                });
-            }
-        else if (std::popcount(s.rays) < Many)
+        const bool few = std::popcount(s.rays) < Many;
+        if constexpr (Changes) {
+            const auto trace_at = [&](const auto& at) { // each ray has its own time
+                for (uint32_t rays = s.rays; rays != 0; rays &= rays - 1) {
+                    const int i = __builtin_ctz(rays);
+                    closer |= uint32_t(trace(s, at(s.fraction[i]), i)) << i;
+                }
+            };
+            if (few)
+                read_changing_leaf<W, false>(m_page, s.ref, trace_at);
+            else
+                read_changing_leaf<W, true>(m_page, s.ref, trace_at);
+        } else if (few) {
             read_leaf<W, false>(m_page, s.ref, trace_all);
-        else
+        } else {
             read_leaf<W, true>(m_page, s.ref, trace_all);
+        }
         if (closer == 0)
             return;
         for (; closer != 0; closer &= closer - 1) {

@@ -304,8 +304,8 @@ class RayQueue {
             return Asked == Query::Any;
         };
         if (s.is_in_changing())
-            read_changing_leaf<W>(here.page, leaf, here.fraction,
-                                  [&](const auto& content) { trace_leaf<W>(content, ray, found); });
+            read_changing_leaf<W, false>(
+                here.page, leaf, [&](const auto& at) { trace_leaf<W>(at(here.fraction), ray, found); });
         else
             read_leaf<W, false>(here.page, leaf,
                                 [&](const auto& content) { trace_leaf<W>(content, ray, found); });
