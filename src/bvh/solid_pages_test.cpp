@@ -89,5 +89,40 @@ TEST(Solids, InPagesAreThoseOfEmbree) {
     }
 }
 
+// What bites swells while the shutter is open, at two and at three times.
+TEST(Solids, ThatChangeInPagesAreThoseOfEmbree) {
+    std::vector<Ray> rays = random_rays(10000, 1.5f, 19);
+    for (size_t i = 0; i < rays.size(); i++)
+        rays[i].time = float(i % 53) / 52;
+    for (const int steps : {2, 3}) {
+        std::vector<Hit> found[2];
+        for (const bool in_pages : {false, true}) {
+            Shapes shapes;
+            GroupDesc world;
+            world.solids = {{Kind::Difference, -1}, {Kind::Primitive, 0}, {Kind::Primitive, 0}};
+            world.shapes.push_back({shapes.add_sphere({0, 0, 0}, 1, 32), 1, 1});
+            std::vector<std::vector<Vec3f>> at;
+            for (int k = 0; k < steps; k++)
+                at.push_back(sphere_points({0.7f, 0.1f * float(k), 0}, 0.3f + 0.2f * float(k), 24));
+            world.shapes.push_back({shapes.add_moving_grid(48, 24, at), 1, 2});
+            const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = in_pages ? 0 : AllInEmbree});
+            EXPECT_EQ(scene.page_bytes().built > 0, in_pages);
+            found[in_pages] = intersect<8>(scene, rays);
+            const auto hidden = occluded<8>(scene, rays);
+            for (size_t i = 0; i < rays.size(); i++)
+                ASSERT_EQ(found[in_pages][i].hit, hidden[i]);
+        }
+        int differ = 0, bitten = 0;
+        for (size_t i = 0; i < rays.size(); i++) {
+            const Hit &a = found[0][i], &b = found[1][i];
+            bitten += a.hit && a.shape == 1;
+            differ +=
+                a.hit != b.hit || (a.hit && (a.shape != b.shape || std::abs(a.t - b.t) > 1e-4f * (1 + a.t)));
+        }
+        EXPECT_GT(bitten, 300);
+        EXPECT_LE(differ, 5) << steps;
+    }
+}
+
 } // namespace
 } // namespace kanuka::bvh

@@ -68,6 +68,20 @@ inline Reference trace(const std::vector<Triangle>& triangles, const Ray& ray) {
 
 inline constexpr uint64_t AllInEmbree = ~uint64_t(0);
 
+// Of a lattice of 2n x n cells.
+inline std::vector<Vec3f> sphere_points(const Vec3f& center, float radius, int n) {
+    std::vector<Vec3f> points;
+    for (int j = 0; j <= n; j++)
+        for (int i = 0; i <= 2 * n; i++) {
+            const float a = Pi * float(i % (2 * n)) / float(n), b = Pi * float(j) / float(n);
+            const bool pole = j == 0 || j == n; // one point, bit for bit
+            const Vec3f d = pole ? Vec3f(0, 0, j == 0 ? 1 : -1)
+                                 : Vec3f(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
+            points.push_back(center + d * radius);
+        }
+    return points;
+}
+
 // A store to which grids and meshes are added by their points, with presence as the one input that varies.
 class Shapes {
   public:
@@ -142,17 +156,7 @@ class Shapes {
         return shape;
     }
     int add_sphere(const Vec3f& center, float radius, int n, float presence = -1) {
-        std::vector<Vec3f> points;
-        for (int j = 0; j <= n; j++)
-            for (int i = 0; i <= 2 * n; i++) {
-                const float a = Pi * float(i % (2 * n)) / float(n), b = Pi * float(j) / float(n);
-                const bool pole = j == 0 || j == n; // one point, bit for bit
-                const Vec3f d =
-                    pole ? Vec3f(0, 0, j == 0 ? 1 : -1)
-                         : Vec3f(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
-                points.push_back(center + d * radius);
-            }
-        return add_grid(2 * n, n, points, presence);
+        return add_grid(2 * n, n, sphere_points(center, radius, n), presence);
     }
     std::unique_ptr<Scene> flat_scene(Scene::Build build = {.pages_from = 0}) {
         GroupDesc world;
