@@ -158,8 +158,8 @@ class PacketQueue {
         if constexpr (Changes)                                          // or four
             _mm_prefetch(at + 128, _MM_HINT_T0), _mm_prefetch(at + 192, _MM_HINT_T0);
     }
-    static const Node& children_of(const Node& node) { return node; }
-    static const Node& children_of(const ChangingNode& node) { return node.begin; }
+    static Children children_of(const Node& node) { return Children::of(node.children); }
+    static Children children_of(const ChangingNode& node) { return children_of(node.begin); }
 
     void meet_node(Slot& s) {
         constexpr uint32_t Ends = Changes ? 2 : 1;
@@ -173,7 +173,7 @@ class PacketQueue {
             }
             return;
         }
-        const Children c = Children::of(children_of(node).children);
+        const Children c = children_of(node);
         s.boxes.enter_each(node, s.boxes.enter_together(node), s.rays,
                            [&](uint32_t key, uint32_t rays, const float* t) {
                                s.stack.push(c.ref(key & 7, Ends), rays, t);
