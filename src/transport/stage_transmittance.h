@@ -173,7 +173,8 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const RayQueue&
     std::vector<MediaShadows<W>> packets;
     std::vector<size_t> left; // packets that rays are on their way of
     packets.reserve(size_t(std::min(shadows.count, ChunkRays) + W - 1) / W);
-    all.resize(std::min(shadows.count, ChunkRays), scene.geometry.tinted);
+    // Never smaller: what comes again would be made anew.
+    all.resize(std::max(int(all.rays.size()) * W, std::min(shadows.count, ChunkRays)), scene.geometry.tinted);
     const RayQuery& query = scene.geometry.ray_query;
     const auto passages = [&](size_t k) { return scene.geometry.tinted ? &all.passages[k] : nullptr; };
     // The rays of those that are left, one behind the other, and what to note of them.
